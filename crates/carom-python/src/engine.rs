@@ -1,0 +1,402 @@
+//! One simulation.
+
+use carom::DVec3;
+use carom::record::Impact;
+use carom::scene::Scene;
+use carom::simulation::{Simulation, Stop};
+use carom::time::Time;
+use carom::world::World;
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyList};
+
+use crate::errors;
+use crate::spec::Spec;
+
+/// Events between two looks for Ctrl-C: some 20 ms.
+const EVENTS_AT_ONCE: u64 = 20_000;
+
+/// Where a body of the scene is kept.
+#[derive(Clone, Copy)]
+enum Row {
+    Ball(usize),
+    Plane(usize),
+}
+
+/// One simulation. All arrays have one row a body, sorted by id.
+#[pyclass(module = "carom._carom")]
+pub struct Engine {
+    simulation: Simulation,
+    rows: Vec<Row>,
+    end: f64,
+    shrink_factor: f64,
+    overlaps: usize,
+    deepest_overlap: f64,
+}
+
+impl Engine {
+    fn new_from(spec: Spec, py: Python<'_>, checkpoint: Option<&[u8]>) -> PyResult<Self> {
+        let built = py.detach(|| {
+            let (world, report) = spec.scene.build()?;
+            let rows = rows(&world);
+            let simulation = match checkpoint {
+                None => Simulation::new(world, spec.record),
+                Some(bytes) => Simulation::restore(world, bytes, spec.record)?,
+            };
+            Ok((simulation, rows, report))
+        });
+        let (simulation, rows, report) = built.map_err(|error| errors::check(py, &error))?;
+        Ok(Self {
+            simulation,
+            rows,
+            end: spec.scene.start_time + spec.duration,
+            shrink_factor: report.shrink_factor,
+            overlaps: report.overlaps,
+            deepest_overlap: report.deepest_overlap,
+        })
+    }
+
+    fn world(&self) -> &World {
+        self.simulation.world()
+    }
+
+    /// Three numbers for each body, from a ball's row or a plane's.
+    fn vectors<'py>(
+        &self,
+        py: Python<'py>,
+        of_ball: impl Fn(usize) -> DVec3,
+        of_plane: impl Fn(usize) -> DVec3,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let mut flat = Vec::with_capacity(3 * self.rows.len());
+        for row in &self.rows {
+            let vector = match *row {
+                Row::Ball(ball) => of_ball(ball),
+                Row::Plane(plane) => of_plane(plane),
+            };
+            flat.extend_from_slice(&vector.to_array());
+        }
+        flat.into_pyarray(py).reshape([self.rows.len(), 3])
+    }
+
+    fn column<'py, T: numpy::Element>(
+        &self,
+        py: Python<'py>,
+        of_ball: impl Fn(usize) -> T,
+        of_plane: impl Fn(usize) -> T,
+    ) -> Bound<'py, PyArray1<T>> {
+        let values: Vec<T> = self
+            .rows
+            .iter()
+            .map(|row| match *row {
+                Row::Ball(ball) => of_ball(ball),
+                Row::Plane(plane) => of_plane(plane),
+            })
+            .collect();
+        values.into_pyarray(py)
+    }
+
+    fn positions_at<'py>(&self, py: Python<'py>, time: Time) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let world = self.world();
+        self.vectors(
+            py,
+            |ball| world.wrapped(ball, time).0,
+            |row| {
+                let plane = &world.planes[row];
+                plane.normal * plane.offset + plane.velocity * time.since(plane.start)
+            },
+        )
+    }
+
+    fn velocities_at<'py>(&self, py: Python<'py>, time: Time) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let world = self.world();
+        self.vectors(py, |ball| world.velocity(ball, time), |row| world.planes[row].velocity)
+    }
+
+    fn impact<'py>(&self, py: Python<'py>, impact: &Impact) -> PyResult<Bound<'py, PyDict>> {
+        let world = self.world();
+        let spin =
+            |id: i64| world.ids.binary_search(&id).map_or(DVec3::ZERO, |ball| world.angular_velocity(ball)).to_array();
+        let row = PyDict::new(py);
+        let (time, time_low) = impact.time.to_pair();
+        row.set_item("time", time)?;
+        row.set_item("time_low", time_low)?;
+        row.set_item("a", impact.a)?;
+        row.set_item("b", impact.b)?;
+        row.set_item("kind", impact.kind.name())?;
+        row.set_item("point", impact.point.to_array())?;
+        row.set_item("normal", impact.normal.to_array())?;
+        row.set_item("approach_speed", impact.approach_speed)?;
+        row.set_item("separation_speed", impact.separation_speed)?;
+        row.set_item("impulse", impact.impulse)?;
+        row.set_item("restitution", impact.restitution)?;
+        row.set_item("energy_lost", impact.energy_lost)?;
+        let [before_a, before_b, after_a, after_b] = impact.velocities;
+        row.set_item("velocity_a_before", before_a.to_array())?;
+        row.set_item("velocity_b_before", before_b.to_array())?;
+        row.set_item("velocity_a", after_a.to_array())?;
+        row.set_item("velocity_b", after_b.to_array())?;
+        row.set_item("angular_velocity_a", spin(impact.a))?;
+        row.set_item("angular_velocity_b", spin(impact.b))?;
+        row.set_item("position_a", impact.positions[0].to_array())?;
+        row.set_item("position_b", impact.positions[1].to_array())?;
+        row.set_item("mass_a", impact.masses[0])?;
+        row.set_item("mass_b", impact.masses[1])?;
+        Ok(row)
+    }
+}
+
+/// Balls and planes of the scene by id; walls of the domain are no bodies.
+fn rows(world: &World) -> Vec<Row> {
+    let balls = world.ids.iter().enumerate().map(|(ball, &id)| (id, Row::Ball(ball)));
+    let planes = world.planes.iter().enumerate().map(|(row, plane)| (plane.id, Row::Plane(row)));
+    let mut rows: Vec<(i64, Row)> = balls.chain(planes.filter(|(id, _)| *id >= 0)).collect();
+    rows.sort_by_key(|(id, _)| *id);
+    rows.into_iter().map(|(_, row)| row).collect()
+}
+
+fn array2<'py>(py: Python<'py>, flat: Vec<f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let count = flat.len() / 3;
+    flat.into_pyarray(py).reshape([count, 3])
+}
+
+#[pymethods]
+impl Engine {
+    #[new]
+    fn new(py: Python<'_>, spec: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Self::new_from(Spec::read(spec)?, py, None)
+    }
+
+    /// The engine that wrote `checkpoint`, of the same scene.
+    #[staticmethod]
+    fn restore(py: Python<'_>, spec: &Bound<'_, PyAny>, checkpoint: &[u8]) -> PyResult<Self> {
+        Self::new_from(Spec::read(spec)?, py, Some(checkpoint))
+    }
+
+    /// The clock as (time, time_low) in seconds; their sum is exact.
+    #[getter]
+    fn time(&self) -> (f64, f64) {
+        self.simulation.now().to_pair()
+    }
+
+    #[getter]
+    fn ids<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        let world = self.world();
+        self.column(py, |ball| world.ids[ball], |row| world.planes[row].id)
+    }
+
+    /// Metres; nan for planes.
+    #[getter]
+    fn radii<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.column(py, |ball| self.world().radii[ball], |_| f64::NAN)
+    }
+
+    /// Kilograms; inf for fixed bodies and planes.
+    #[getter]
+    fn masses<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.column(py, |ball| self.world().bodies[ball].mass, |_| f64::INFINITY)
+    }
+
+    /// Moments of inertia about the centre (kg m²); inf for fixed bodies and planes, that of a solid ball where no ball of
+    /// the scene has a spin or an orientation.
+    #[getter]
+    fn inertias<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let world = self.world();
+        let gyration = if world.dimensions == 2 { 0.5 } else { 0.4 };
+        let of_ball = |ball: usize| match &world.spin {
+            _ if world.is_fixed(ball) => f64::INFINITY,
+            Some(spin) => spin.inertia[ball],
+            None => gyration * world.bodies[ball].mass * world.radii[ball] * world.radii[ball],
+        };
+        self.column(py, of_ball, |_| f64::INFINITY)
+    }
+
+    #[getter]
+    fn fixed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        self.column(py, |ball| self.world().is_fixed(ball), |_| true)
+    }
+
+    #[getter]
+    fn materials<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        let world = self.world();
+        self.column(py, |ball| i64::from(world.bodies[ball].material), |row| i64::from(world.planes[row].material))
+    }
+
+    #[getter]
+    fn is_plane<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        self.column(py, |_| false, |_| true)
+    }
+
+    /// Planes of the scene and walls of the domain (negative ids), as dicts.
+    #[getter]
+    fn planes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let list = PyList::empty(py);
+        for plane in &self.world().planes {
+            let entry = PyDict::new(py);
+            entry.set_item("id", plane.id)?;
+            entry.set_item("normal", plane.normal.to_array())?;
+            entry.set_item("offset", plane.offset)?;
+            entry.set_item("velocity", plane.velocity.to_array())?;
+            entry.set_item("material", plane.material)?;
+            list.append(entry)?;
+        }
+        Ok(list)
+    }
+
+    /// Factor by which overlaps of an imported file shrank all radii, how many there were, and the deepest (m).
+    #[getter]
+    fn shrunk(&self) -> (f64, usize, f64) {
+        (self.shrink_factor, self.overlaps, self.deepest_overlap)
+    }
+
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.positions_at(py, self.simulation.now())
+    }
+
+    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.velocities_at(py, self.simulation.now())
+    }
+
+    /// Quaternions (w, x, y, z), body to world.
+    fn orientations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let now = self.simulation.now();
+        let mut flat = Vec::with_capacity(4 * self.rows.len());
+        for row in &self.rows {
+            flat.extend_from_slice(&match *row {
+                Row::Ball(ball) => self.world().orientation(ball, now),
+                Row::Plane(_) => [1.0, 0.0, 0.0, 0.0],
+            });
+        }
+        flat.into_pyarray(py).reshape([self.rows.len(), 4])
+    }
+
+    fn angular_velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.vectors(py, |ball| self.world().angular_velocity(ball), |_| DVec3::ZERO)
+    }
+
+    /// Sizes of the periodic box that each body has left behind.
+    fn images<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
+        let now = self.simulation.now();
+        let mut flat = Vec::with_capacity(3 * self.rows.len());
+        for row in &self.rows {
+            flat.extend_from_slice(&match *row {
+                Row::Ball(ball) => self.world().wrapped(ball, now).1,
+                Row::Plane(_) => [0; 3],
+            });
+        }
+        flat.into_pyarray(py).reshape([self.rows.len(), 3])
+    }
+
+    /// Positions and velocities at a time between the clock and the next impact.
+    #[expect(clippy::type_complexity, reason = "two arrays")]
+    fn states_at<'py>(
+        &self,
+        py: Python<'py>,
+        time: f64,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+        let time = self.world().clock.at(time);
+        Ok((self.positions_at(py, time)?, self.velocities_at(py, time)?))
+    }
+
+    /// Runs to the absolute time `until`, or for `impacts` more impacts, whichever comes first: "time", "impacts", or
+    /// "exhausted" if nothing is left to happen.
+    #[pyo3(signature = (until=None, impacts=None))]
+    fn run(&mut self, py: Python<'_>, until: Option<f64>, impacts: Option<u64>) -> PyResult<&'static str> {
+        let limit = match until {
+            None => Time::NEVER,
+            Some(time) if time.is_finite() => self.world().clock.at(time),
+            Some(time) => return Err(PyValueError::new_err(format!("until = {time}: must be finite"))),
+        };
+        let mut left = impacts.unwrap_or(u64::MAX);
+        loop {
+            let before = self.simulation.counts().impacts();
+            let stop = py.detach(|| self.simulation.run(limit, left, EVENTS_AT_ONCE));
+            left -= self.simulation.counts().impacts() - before;
+            match stop.map_err(|error| errors::collapse(py, &error))? {
+                Stop::Time => return Ok(if until.is_some() { "time" } else { "exhausted" }),
+                Stop::Impacts => return Ok("impacts"),
+                Stop::Events => py.check_signals()?,
+            }
+        }
+    }
+
+    /// On to the next impact, as a dict; None if there is none before the scene's duration, at which the clock then stands.
+    fn step<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let limit = self.world().clock.at(self.end);
+        let found = py.detach(|| self.simulation.step(limit)).map_err(|error| errors::collapse(py, &error))?;
+        found.map(|impact| self.impact(py, &impact)).transpose()
+    }
+
+    /// The impacts recorded since the last call, by column. The arrays take the columns over; nothing is copied.
+    fn take_impacts<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let table = self.simulation.take_impacts();
+        let columns = PyDict::new(py);
+        columns.set_item("time", table.time.into_pyarray(py))?;
+        columns.set_item("time_low", table.time_low.into_pyarray(py))?;
+        columns.set_item("a", table.a.into_pyarray(py))?;
+        columns.set_item("b", table.b.into_pyarray(py))?;
+        columns.set_item("kind", table.kind.into_pyarray(py))?;
+        columns.set_item("point", array2(py, table.point)?)?;
+        columns.set_item("normal", array2(py, table.normal)?)?;
+        columns.set_item("approach_speed", table.approach_speed.into_pyarray(py))?;
+        columns.set_item("separation_speed", table.separation_speed.into_pyarray(py))?;
+        columns.set_item("impulse", table.impulse.into_pyarray(py))?;
+        columns.set_item("restitution", table.restitution.into_pyarray(py))?;
+        columns.set_item("energy_lost", table.energy_lost.into_pyarray(py))?;
+        Ok(columns)
+    }
+
+    /// Impacts since the start.
+    #[getter]
+    fn impact_count(&self) -> u64 {
+        self.simulation.counts().impacts()
+    }
+
+    /// Energy and momentum at the clock.
+    fn ledger<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let balance = self.simulation.balance();
+        let entries = PyDict::new(py);
+        entries.set_item("kinetic_energy", balance.kinetic_energy)?;
+        entries.set_item("potential_energy", balance.potential_energy)?;
+        entries.set_item("momentum", balance.momentum.to_array())?;
+        entries.set_item("angular_momentum", balance.angular_momentum.map(|l| l.to_array()))?;
+        entries.set_item("dissipated", balance.dissipated)?;
+        entries.set_item("work", balance.work)?;
+        entries.set_item("wall_impulse", balance.wall_impulse.to_array())?;
+        entries.set_item("gravity_impulse", balance.gravity_impulse.to_array())?;
+        entries.set_item("energy_start", balance.energy_start)?;
+        entries.set_item("energy_error", balance.energy_error)?;
+        entries.set_item("momentum_error", balance.momentum_error)?;
+        entries.set_item("angular_momentum_error", balance.angular_momentum_error)?;
+        Ok(entries)
+    }
+
+    /// How much was done.
+    fn counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let counts = self.simulation.counts();
+        let entries = PyDict::new(py);
+        entries.set_item("impacts", counts.impacts())?;
+        entries.set_item("ball_ball", counts.ball_ball)?;
+        entries.set_item("ball_plane", counts.ball_plane)?;
+        entries.set_item("grazes", counts.grazes)?;
+        entries.set_item("cell_crossings", counts.crossings)?;
+        entries.set_item("stale", counts.stale)?;
+        entries.set_item("layouts", counts.layouts)?;
+        entries.set_item("bytes_per_ball", self.simulation.bytes_per_ball())?;
+        Ok(entries)
+    }
+
+    /// The state as bytes, to go on from bit for bit.
+    fn checkpoint<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.simulation.checkpoint())
+    }
+
+    /// The names of the rules used.
+    fn rules<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let entries = PyDict::new(py);
+        for (name, rule) in Scene::rules() {
+            entries.set_item(name, rule)?;
+        }
+        Ok(entries)
+    }
+}

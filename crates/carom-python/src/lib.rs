@@ -1,0 +1,27 @@
+//! The simulator, seen from Python: convert, call, wrap errors. What each function means is written where it is done, in
+//! the crate `carom`, and where it is used, in the package `carom`.
+
+mod engine;
+mod errors;
+mod pair;
+mod scene_text;
+mod spec;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _carom(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    let py = module.py();
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("CheckError", py.get_type::<errors::CheckError>())?;
+    module.add("CollapseError", py.get_type::<errors::CollapseError>())?;
+    module.add("OverlapError", py.get_type::<errors::OverlapError>())?;
+    module.add_class::<engine::Engine>()?;
+    module.add_class::<scene_text::Lines>()?;
+    module.add_function(wrap_pyfunction!(pair::collide, module)?)?;
+    module.add_function(wrap_pyfunction!(pair::resolve, module)?)?;
+    module.add_function(wrap_pyfunction!(pair::classify, module)?)?;
+    module.add_function(wrap_pyfunction!(scene_text::parse_toml, module)?)?;
+    module.add_function(wrap_pyfunction!(scene_text::parse_json, module)?)?;
+    Ok(())
+}

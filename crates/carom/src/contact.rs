@@ -1,0 +1,396 @@
+//! Two bodies alone: do they touch, will they, and what then.
+
+use std::fmt;
+
+use glam::{DMat3, DQuat, DVec3};
+
+use crate::error::{CheckError, Problem};
+use crate::event::Kind;
+use crate::predict::{ShapeKind, ball_ball, ball_plane, kind_of_pair};
+use crate::resolve::newton::Contact;
+use crate::simulation::approach_speed;
+use crate::tolerance::{RESTING, UNIT_LENGTH, touching};
+
+/// A body's shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// A ball of this radius (m).
+    Ball {
+        /// m
+        radius: f64,
+    },
+    /// The points with normal·x = offset; its mass is infinite.
+    Plane {
+        /// Unit vector to the free side.
+        normal: DVec3,
+        /// Distance from the origin along the normal (m).
+        offset: f64,
+    },
+}
+
+impl Shape {
+    fn kind(&self) -> ShapeKind {
+        match self {
+            Self::Ball { .. } => ShapeKind::Ball,
+            Self::Plane { .. } => ShapeKind::Plane,
+        }
+    }
+}
+
+/// One of two bodies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// What it looks like.
+    pub shape: Shape,
+    /// Mass (kg), infinite if its motion is prescribed.
+    pub mass: f64,
+    /// Moments of inertia about the principal axes (kg m²).
+    pub inertia: DVec3,
+    /// Centre of mass (m).
+    pub position: DVec3,
+    /// Unit quaternion (w, x, y, z), principal axes to world.
+    pub orientation: [f64; 4],
+    /// m/s
+    pub velocity: DVec3,
+    /// World axes (rad/s).
+    pub angular_velocity: DVec3,
+}
+
+/// The impact of two bodies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairImpact {
+    /// Seconds from the given states to the contact.
+    pub time: f64,
+    /// What kind of surfaces met; `None` where only a contact was given.
+    pub kind: Option<Kind>,
+    /// Where they touch (m).
+    pub point: DVec3,
+    /// Unit vector from B to A.
+    pub normal: DVec3,
+    /// -v_AB·n before (m/s).
+    pub approach_speed: f64,
+    /// v_AB·n after (m/s).
+    pub separation_speed: f64,
+    /// j (N s): +j n acts on A, -j n on B.
+    pub impulse: f64,
+    /// e
+    pub restitution: f64,
+    /// ½ (1 - e²) (v_AB·n)² / (1/m_A + 1/m_B + rotation terms) (J).
+    pub energy_lost: f64,
+    /// Velocities of A and B after (m/s).
+    pub velocities: [DVec3; 2],
+    /// Angular velocities of A and B after (rad/s).
+    pub angular_velocities: [DVec3; 2],
+    /// Centres of A and B at the contact (m).
+    pub positions: [DVec3; 2],
+}
+
+/// How two bodies stand to each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// They do not touch.
+    Apart,
+    /// They touch, v_AB·n < 0.
+    CollisionImminent,
+    /// They touch, v_AB·n = 0.
+    RestingContact,
+    /// They touch, v_AB·n > 0.
+    MovingAway,
+}
+
+impl Class {
+    /// In the notes' words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Apart => "apart",
+            Self::CollisionImminent => "collision imminent",
+            Self::RestingContact => "resting contact",
+            Self::MovingAway => "moving away",
+        }
+    }
+}
+
+/// Why a question about two bodies has no answer.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ContactError {
+    /// Some value is wrong.
+    Check(CheckError),
+    /// The bodies overlap deeper than touching.
+    Overlap {
+        /// How deep (m).
+        depth: f64,
+    },
+}
+
+impl fmt::Display for ContactError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Check(error) => error.fmt(f),
+            Self::Overlap { depth } => write!(f, "the bodies overlap by {depth:e} m"),
+        }
+    }
+}
+
+impl std::error::Error for ContactError {}
+
+impl From<Problem> for ContactError {
+    fn from(problem: Problem) -> Self {
+        Self::Check(problem.into())
+    }
+}
+
+/// The pair at the given instant: gap, direction, and whether it touches.
+struct Geometry {
+    kind: Kind,
+    /// From B to A, not normalised: its product with v_AB decides the class.
+    direction: DVec3,
+    /// Distance of the surfaces (m), negative if they overlap.
+    gap: f64,
+    touching: f64,
+}
+
+fn geometry(a: &Body, b: &Body) -> Result<Geometry, ContactError> {
+    validate(a, 0)?;
+    validate(b, 1)?;
+    let kind = kind_of_pair(a.shape.kind(), b.shape.kind()).ok_or_else(|| {
+        Problem::new("pair", None, "shape", "plane and plane", "two planes, whose motion is prescribed, cannot collide")
+    })?;
+    let geometry = match (a.shape, b.shape) {
+        (Shape::Ball { radius: radius_a }, Shape::Ball { radius: radius_b }) => {
+            let direction = a.position - b.position;
+            if direction == DVec3::ZERO {
+                return Err(ContactError::Overlap { depth: radius_a + radius_b });
+            }
+            let sum = radius_a + radius_b;
+            let largest = a.position.abs().max(b.position.abs()).max_element().max(sum);
+            Geometry { kind, direction, gap: direction.length() - sum, touching: touching(largest) }
+        }
+        (Shape::Ball { radius }, Shape::Plane { normal, offset }) => plane_geometry(kind, a, radius, normal, offset),
+        (Shape::Plane { normal, offset }, Shape::Ball { radius }) => {
+            let mirrored = plane_geometry(kind, b, radius, normal, offset);
+            Geometry { direction: -mirrored.direction, ..mirrored }
+        }
+        (Shape::Plane { .. }, Shape::Plane { .. }) => unreachable!("not in the table of pairs"),
+    };
+    if geometry.gap < -geometry.touching {
+        return Err(ContactError::Overlap { depth: -geometry.gap });
+    }
+    Ok(geometry)
+}
+
+fn plane_geometry(kind: Kind, ball: &Body, radius: f64, normal: DVec3, offset: f64) -> Geometry {
+    let largest = ball.position.abs().max_element().max(radius).max(offset.abs());
+    Geometry { kind, direction: normal, gap: normal.dot(ball.position) - offset - radius, touching: touching(largest) }
+}
+
+fn validate(body: &Body, row: i64) -> Result<(), Problem> {
+    let wrong = |field, value: String, reason: &str| Err(Problem::new("body", Some(row), field, value, reason));
+    let positive = |x: f64| x.is_finite() && x > 0.0;
+    match body.shape {
+        Shape::Ball { radius } if !positive(radius) => {
+            return wrong("radius", radius.to_string(), "must be positive and finite");
+        }
+        Shape::Plane { normal, .. } if !((normal.length() - 1.0).abs() <= UNIT_LENGTH) => {
+            return wrong("normal", normal.to_string(), "must be a unit vector");
+        }
+        Shape::Plane { offset, .. } if !offset.is_finite() => {
+            return wrong("offset", offset.to_string(), "must be finite");
+        }
+        _ => {}
+    }
+    if !(positive(body.mass) || body.mass == f64::INFINITY) {
+        return wrong("mass", body.mass.to_string(), "must be positive and finite");
+    }
+    for (field, vector) in
+        [("position", body.position), ("velocity", body.velocity), ("angular_velocity", body.angular_velocity)]
+    {
+        if !vector.is_finite() {
+            return wrong(field, vector.to_string(), "must be finite");
+        }
+    }
+    Ok(())
+}
+
+/// How two bodies stand to each other, by the notes' classification.
+///
+/// # Errors
+/// If a value is wrong, or if they overlap deeper than touching.
+pub fn classify(a: &Body, b: &Body) -> Result<Class, ContactError> {
+    let geometry = geometry(a, b)?;
+    if geometry.gap > geometry.touching {
+        return Ok(Class::Apart);
+    }
+    let relative = a.velocity - b.velocity;
+    let speed = geometry.direction.normalize().dot(relative);
+    Ok(if speed.abs() <= RESTING * (a.velocity.length() + b.velocity.length()) {
+        Class::RestingContact
+    } else if speed < 0.0 {
+        Class::CollisionImminent
+    } else {
+        Class::MovingAway
+    })
+}
+
+/// The first impact of two bodies in free flight without gravity, or `None` if they never meet.
+///
+/// # Errors
+/// If a value is wrong, if both motions are prescribed, or if they overlap deeper than touching.
+pub fn collide(a: &Body, b: &Body, restitution: f64) -> Result<Option<PairImpact>, ContactError> {
+    check_restitution(restitution)?;
+    let geometry = geometry(a, b)?;
+    check_free(a, b)?;
+    let relative = a.velocity - b.velocity;
+    let seconds = match (a.shape, b.shape) {
+        (Shape::Ball { radius: radius_a }, Shape::Ball { radius: radius_b }) => {
+            ball_ball::time_of_impact(geometry.direction, relative, radius_a + radius_b)
+        }
+        _ => ball_plane::time_of_impact(geometry.gap, geometry.direction.dot(relative), 0.0, false),
+    };
+    let Some(seconds) = seconds.filter(|seconds| seconds.is_finite()) else { return Ok(None) };
+    let positions = [a.position + a.velocity * seconds, b.position + b.velocity * seconds];
+    let direction = if geometry.kind == Kind::BallBall { positions[0] - positions[1] } else { geometry.direction };
+    let length = direction.length();
+    let normal = direction / length;
+    let approach = -direction.dot(relative);
+    if approach <= 0.0 {
+        // A grazing root whose contact, by rounding, does not approach.
+        return Ok(None);
+    }
+    let approach_speed = approach_speed(-normal.dot(relative), approach / length);
+    let contact = Contact {
+        normal,
+        velocity_a: a.velocity,
+        velocity_b: b.velocity,
+        mass_a: a.mass,
+        mass_b: b.mass,
+        restitution,
+        approach_speed,
+    };
+    let kinetic =
+        |body: &Body| if body.mass.is_finite() { 0.5 * body.mass * body.velocity.length_squared() } else { 0.0 };
+    let carried = (restitution == 1.0).then(|| kinetic(a) + kinetic(b) + contact.work_of_prescribed());
+    let outcome = contact.resolve(carried, |velocity_a, velocity_b| direction.dot(velocity_a - velocity_b) >= 0.0);
+    let point = match (a.shape, b.shape) {
+        (Shape::Ball { radius }, _) => positions[0] - normal * radius,
+        (_, Shape::Ball { radius }) => positions[1] + normal * radius,
+        _ => positions[0],
+    };
+    Ok(Some(PairImpact {
+        time: seconds,
+        kind: Some(geometry.kind),
+        point,
+        normal,
+        approach_speed,
+        separation_speed: (outcome.velocity_a - outcome.velocity_b).dot(normal),
+        impulse: outcome.impulse,
+        restitution,
+        energy_lost: outcome.energy_lost,
+        velocities: [outcome.velocity_a, outcome.velocity_b],
+        angular_velocities: [a.angular_velocity, b.angular_velocity],
+        positions,
+    }))
+}
+
+fn check_restitution(restitution: f64) -> Result<(), Problem> {
+    if (0.0..=1.0).contains(&restitution) {
+        Ok(())
+    } else {
+        Err(Problem::new("pair", None, "restitution", restitution, "must be from 0 to 1"))
+    }
+}
+
+fn check_free(a: &Body, b: &Body) -> Result<(), Problem> {
+    if a.mass == f64::INFINITY && b.mass == f64::INFINITY {
+        return Err(Problem::new("pair", None, "fixed", true, "two bodies in prescribed motion cannot collide"));
+    }
+    Ok(())
+}
+
+/// A body's answer to an impulse at a point: 1/m and I⁻¹ in world axes; nothing of one in prescribed motion.
+struct Mobility {
+    inverse_mass: f64,
+    inverse_inertia: DMat3,
+    arm: DVec3,
+}
+
+impl Mobility {
+    fn new(body: &Body, row: i64, point: DVec3) -> Result<Self, Problem> {
+        if body.mass == f64::INFINITY {
+            return Ok(Self { inverse_mass: 0.0, inverse_inertia: DMat3::ZERO, arm: point - body.position });
+        }
+        if !(body.inertia.is_finite() && body.inertia.min_element() > 0.0) {
+            return Err(Problem::new("body", Some(row), "inertia", body.inertia, "must be positive and finite"));
+        }
+        let [w, x, y, z] = body.orientation;
+        let norm = (w * w + x * x + y * y + z * z).sqrt();
+        if !((norm - 1.0).abs() <= UNIT_LENGTH) {
+            return Err(Problem::new(
+                "body",
+                Some(row),
+                "orientation",
+                format!("{:?}", body.orientation),
+                "must be a unit quaternion (w, x, y, z)",
+            ));
+        }
+        let axes = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
+        Ok(Self {
+            inverse_mass: 1.0 / body.mass,
+            inverse_inertia: axes * DMat3::from_diagonal(body.inertia.recip()) * axes.transpose(),
+            arm: point - body.position,
+        })
+    }
+
+    /// n·(1/m + (I⁻¹ (r × n)) × r)·n
+    fn along(&self, normal: DVec3) -> f64 {
+        let lever = self.arm.cross(normal);
+        self.inverse_mass + lever.dot(self.inverse_inertia * lever)
+    }
+}
+
+/// The impact of two rigid bodies at a given contact, without friction:
+/// j = -(1 + e) v_AB·n / (1/m_A + 1/m_B + n·[(I_A⁻¹ (r_A × n)) × r_A] + n·[(I_B⁻¹ (r_B × n)) × r_B]), v_AB the relative
+/// velocity v + ω × r of the points in contact. A contact that rests or moves away gets no impulse.
+///
+/// # Errors
+/// If a value is wrong, or if both motions are prescribed.
+pub fn resolve(a: &Body, b: &Body, point: DVec3, normal: DVec3, restitution: f64) -> Result<PairImpact, ContactError> {
+    check_restitution(restitution)?;
+    validate(a, 0)?;
+    validate(b, 1)?;
+    check_free(a, b)?;
+    if !point.is_finite() {
+        return Err(Problem::new("pair", None, "point", point, "must be finite").into());
+    }
+    if !((normal.length() - 1.0).abs() <= UNIT_LENGTH) {
+        return Err(Problem::new("pair", None, "normal", normal, "must be a unit vector").into());
+    }
+    let (mobility_a, mobility_b) = (Mobility::new(a, 0, point)?, Mobility::new(b, 1, point)?);
+    let at_contact = |velocity: [DVec3; 2], spin: [DVec3; 2]| {
+        (velocity[0] + spin[0].cross(mobility_a.arm)) - (velocity[1] + spin[1].cross(mobility_b.arm))
+    };
+    let approach_speed = -normal.dot(at_contact([a.velocity, b.velocity], [a.angular_velocity, b.angular_velocity]));
+    let inverse_mass = mobility_a.along(normal) + mobility_b.along(normal);
+    // Resting or moving away, the contact has nothing to resolve.
+    let resolved_speed = approach_speed.max(0.0);
+    let impulse = (1.0 + restitution) * resolved_speed / inverse_mass;
+    let kick = normal * impulse;
+    let velocities = [a.velocity + kick * mobility_a.inverse_mass, b.velocity - kick * mobility_b.inverse_mass];
+    let angular_velocities = [
+        a.angular_velocity + mobility_a.inverse_inertia * mobility_a.arm.cross(kick),
+        b.angular_velocity - mobility_b.inverse_inertia * mobility_b.arm.cross(kick),
+    ];
+    Ok(PairImpact {
+        time: 0.0,
+        kind: kind_of_pair(a.shape.kind(), b.shape.kind()),
+        point,
+        normal,
+        approach_speed,
+        separation_speed: normal.dot(at_contact(velocities, angular_velocities)),
+        impulse,
+        restitution,
+        energy_lost: 0.5 * (1.0 - restitution * restitution) * resolved_speed * resolved_speed / inverse_mass,
+        velocities,
+        angular_velocities,
+        positions: [a.position, b.position],
+    })
+}

@@ -1,0 +1,312 @@
+//! Future events in order of time, at a cost that does not grow with their number.
+//!
+//! A calendar: a ring of buckets of equal width, each an unordered chain of small chunks; only the bucket of the present is
+//! sorted. Entries are never searched for or unlinked: an entry whose stamp is no longer its ball's is dropped when it
+//! surfaces. Width and length adapt to what the run shows, counted in events, never in time measured; they affect the
+//! cost alone, not the order.
+
+use crate::time::Time;
+
+/// One future moment of a ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Entry {
+    /// When.
+    pub time: Time,
+    /// Row of the ball.
+    pub ball: u32,
+    /// Valid while it is the ball's.
+    pub stamp: u32,
+}
+
+const NONE: u32 = u32::MAX;
+const CHUNK: usize = 5;
+/// Entries a bucket should hold.
+const TARGET: f64 = 4.0;
+const FEWEST_BUCKETS: usize = 64;
+const MOST_BUCKETS: usize = 1 << 22;
+
+#[derive(Clone, Copy, Debug)]
+struct Chunk {
+    entries: [Entry; CHUNK],
+    next: u32,
+    len: u32,
+}
+
+/// The calendar.
+#[derive(Clone, Debug)]
+pub struct Queue {
+    origin: Time,
+    width: f64,
+    first: Vec<u32>,
+    chunks: Vec<Chunk>,
+    free: u32,
+    /// Number of the bucket of the present, counted from `origin`.
+    present: i64,
+    /// Its entries, latest first.
+    sorted: Vec<Entry>,
+    /// Entries beyond the ring.
+    far: Vec<Entry>,
+    in_ring: usize,
+    buckets_passed: u64,
+    entries_met: u64,
+}
+
+impl Queue {
+    /// An empty calendar from `origin` on, for about `balls` entries some `interval` seconds ahead.
+    pub fn new(origin: Time, balls: usize, interval: f64) -> Self {
+        let mut queue = Self {
+            origin,
+            width: 1.0,
+            first: Vec::new(),
+            chunks: Vec::new(),
+            free: NONE,
+            present: 0,
+            sorted: Vec::new(),
+            far: Vec::new(),
+            in_ring: 0,
+            buckets_passed: 0,
+            entries_met: 0,
+        };
+        queue.shape(balls, interval * TARGET / balls.max(1) as f64);
+        queue
+    }
+
+    fn shape(&mut self, entries: usize, width: f64) {
+        self.width = width.clamp(f64::MIN_POSITIVE * 1e10, f64::MAX * 1e-30);
+        // Long enough for most of what comes to fall into the ring.
+        let buckets = (entries * 4 / TARGET as usize).next_power_of_two().clamp(FEWEST_BUCKETS, MOST_BUCKETS);
+        self.first.clear();
+        self.first.resize(buckets, NONE);
+        self.buckets_passed = 0;
+        self.entries_met = 0;
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.first.capacity() * 4
+            + self.chunks.capacity() * size_of::<Chunk>()
+            + (self.sorted.capacity() + self.far.capacity()) * size_of::<Entry>()
+    }
+
+    /// Which bucket an instant falls into. Rounding is monotonic, so the order of buckets is the order of time.
+    #[inline(always)]
+    fn bucket_of(&self, time: Time) -> i64 {
+        // The cast saturates: what is too far ahead is simply far.
+        (((time.epoch - self.origin.epoch) + (time.offset - self.origin.offset)) / self.width) as i64
+    }
+
+    /// Adds an entry.
+    #[inline]
+    pub fn push(&mut self, entry: Entry) {
+        let bucket = self.bucket_of(entry.time);
+        if bucket <= self.present {
+            // Latest first, so the place is near the end.
+            let mut place = self.sorted.len();
+            while place > 0 && earlier(&self.sorted[place - 1], &entry) {
+                place -= 1;
+            }
+            self.sorted.insert(place, entry);
+        } else if bucket - self.present >= self.first.len() as i64 {
+            self.far.push(entry);
+        } else {
+            self.put_into_ring(bucket, entry);
+        }
+    }
+
+    fn put_into_ring(&mut self, bucket: i64, entry: Entry) {
+        let slot = bucket as usize & (self.first.len() - 1);
+        let head = self.first[slot];
+        self.in_ring += 1;
+        if head != NONE {
+            let chunk = &mut self.chunks[head as usize];
+            if (chunk.len as usize) < CHUNK {
+                chunk.entries[chunk.len as usize] = entry;
+                chunk.len += 1;
+                return;
+            }
+        }
+        let fresh = Chunk { entries: [entry; CHUNK], next: head, len: 1 };
+        if self.free == NONE {
+            self.first[slot] = self.chunks.len() as u32;
+            self.chunks.push(fresh);
+        } else {
+            let row = self.free;
+            self.free = self.chunks[row as usize].next;
+            self.chunks[row as usize] = fresh;
+            self.first[slot] = row;
+        }
+    }
+
+    /// The earliest entry for which `holds`; entries before it for which it does not are dropped.
+    #[inline]
+    pub fn earliest(&mut self, holds: impl Fn(&Entry) -> bool) -> Option<Entry> {
+        loop {
+            while let Some(&entry) = self.sorted.last() {
+                if holds(&entry) {
+                    return Some(entry);
+                }
+                self.sorted.pop();
+            }
+            if !self.turn(&holds) {
+                return None;
+            }
+        }
+    }
+
+    /// Removes the entry that [`Queue::earliest`] just returned.
+    #[inline]
+    pub fn remove_earliest(&mut self) {
+        self.sorted.pop();
+    }
+
+    /// Goes on to the next bucket that holds anything; false if nothing is left.
+    fn turn(&mut self, holds: &impl Fn(&Entry) -> bool) -> bool {
+        if self.in_ring == 0 {
+            self.far.retain(|entry| holds(entry));
+            let Some(next) = self.far.iter().map(|entry| self.bucket_of(entry.time)).min() else {
+                return false;
+            };
+            if next == i64::MAX {
+                // Too far for this width: start anew from the earliest.
+                let earliest = self.far.iter().copied().reduce(|a, b| if earlier(&a, &b) { a } else { b });
+                self.origin = earliest.map_or(self.origin, |entry| entry.time);
+                self.present = -1;
+            } else {
+                self.present = next - 1;
+            }
+            self.recall_far(holds);
+        }
+        let mask = self.first.len() - 1;
+        loop {
+            self.present += 1;
+            self.buckets_passed += 1;
+            if self.present as usize & mask == 0 {
+                self.recall_far(holds);
+            }
+            let slot = self.present as usize & mask;
+            if self.first[slot] != NONE {
+                self.open(slot, holds);
+                if !self.sorted.is_empty() {
+                    break;
+                }
+            }
+            if self.in_ring == 0 {
+                return !self.far.is_empty() && self.turn(holds);
+            }
+        }
+        if self.buckets_passed as usize > 4 * self.first.len() + 256 {
+            self.adapt(holds);
+        }
+        true
+    }
+
+    /// Moves what has come within the ring's length into the ring.
+    fn recall_far(&mut self, holds: &impl Fn(&Entry) -> bool) {
+        let mut kept = 0;
+        for k in 0..self.far.len() {
+            let entry = self.far[k];
+            if !holds(&entry) {
+                continue;
+            }
+            let bucket = self.bucket_of(entry.time);
+            if bucket - self.present >= self.first.len() as i64 {
+                self.far[kept] = entry;
+                kept += 1;
+            } else {
+                self.put_into_ring(bucket.max(self.present), entry);
+            }
+        }
+        self.far.truncate(kept);
+    }
+
+    /// Sorts the bucket of the present.
+    fn open(&mut self, slot: usize, holds: &impl Fn(&Entry) -> bool) {
+        let mut row = self.first[slot];
+        self.first[slot] = NONE;
+        while row != NONE {
+            let chunk = self.chunks[row as usize];
+            for entry in &chunk.entries[..chunk.len as usize] {
+                if holds(entry) {
+                    self.sorted.push(*entry);
+                }
+            }
+            self.in_ring -= chunk.len as usize;
+            self.chunks[row as usize].next = self.free;
+            self.free = row;
+            row = chunk.next;
+        }
+        self.entries_met += self.sorted.len() as u64;
+        self.sorted.sort_unstable_by(order_latest_first);
+    }
+
+    /// After some laps: if the buckets turned out too full or too empty, builds the calendar anew with another width.
+    fn adapt(&mut self, holds: &impl Fn(&Entry) -> bool) {
+        let occupancy = self.entries_met as f64 / self.buckets_passed as f64;
+        self.entries_met = 0;
+        self.buckets_passed = 0;
+        if (0.25 * TARGET..=4.0 * TARGET).contains(&occupancy) {
+            return;
+        }
+        let mut all = std::mem::take(&mut self.far);
+        all.append(&mut self.sorted);
+        for slot in 0..self.first.len() {
+            self.open(slot, holds);
+            all.append(&mut self.sorted);
+        }
+        all.retain(|entry| holds(entry));
+        let Some(earliest) = all.iter().copied().reduce(|a, b| if earlier(&a, &b) { a } else { b }) else {
+            return;
+        };
+        // An empty stretch says little about how much wider is right.
+        let factor = (TARGET / occupancy).clamp(0.0625, 16.0);
+        self.origin = earliest.time;
+        self.present = 0;
+        self.shape(all.len(), self.width * factor);
+        self.chunks.clear();
+        self.free = NONE;
+        self.in_ring = 0;
+        for entry in all {
+            self.push(entry);
+        }
+    }
+}
+
+/// Whether `a` comes before `b`: by time, then (to be definite) by ball and stamp.
+#[inline(always)]
+fn earlier(a: &Entry, b: &Entry) -> bool {
+    order_latest_first(b, a) == std::cmp::Ordering::Less
+}
+
+#[inline(always)]
+fn order_latest_first(a: &Entry, b: &Entry) -> std::cmp::Ordering {
+    b.time.order(a.time).then(b.ball.cmp(&a.ball)).then(b.stamp.cmp(&a.stamp))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::time::Clock;
+
+    #[test]
+    fn comes_out_sorted_at_any_scale() {
+        let clock = Clock::with_span(1.0);
+        for scale in [1e-12, 1e-3, 1.0, 1e6, 1e15] {
+            let mut queue = Queue::new(clock.at(0.0), 100, 1.0);
+            let mut state = 1u64;
+            let mut now = clock.at(0.0);
+            for ball in 0..200 {
+                queue.push(Entry { time: clock.after(now, scale * f64::from(ball)), ball, stamp: 0 });
+            }
+            for _ in 0..20_000 {
+                let entry = queue.earliest(|entry| entry.stamp == 0).expect("never empty");
+                queue.remove_earliest();
+                assert!(!entry.time.before(now), "out of order at scale {scale}");
+                now = entry.time;
+                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                let ahead = scale * ((state >> 40) as f64) / 65536.0;
+                queue.push(Entry { time: clock.after(now, ahead), ball: entry.ball, stamp: 0 });
+                queue.push(Entry { time: clock.after(now, ahead * 0.3), ball: entry.ball, stamp: 1 });
+            }
+        }
+    }
+}

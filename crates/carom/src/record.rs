@@ -1,0 +1,98 @@
+//! Every impact as a row.
+
+use glam::DVec3;
+
+use crate::event::Kind;
+use crate::time::Time;
+
+/// One impact with all that the law was given and gave.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Impact {
+    /// When.
+    pub time: Time,
+    /// Ids, a < b; walls of the domain have negative ones.
+    pub a: i64,
+    /// The other id.
+    pub b: i64,
+    /// What kind of surfaces met.
+    pub kind: Kind,
+    /// Where they touched (m).
+    pub point: DVec3,
+    /// Unit vector from B to A.
+    pub normal: DVec3,
+    /// -v_AB·n before (m/s), positive.
+    pub approach_speed: f64,
+    /// v_AB·n after (m/s).
+    pub separation_speed: f64,
+    /// j ≥ 0 (N s): +j n acts on A, -j n on B.
+    pub impulse: f64,
+    /// Coefficient of restitution of the pair.
+    pub restitution: f64,
+    /// ½ μ (1 - e²) (v_AB·n)² (J).
+    pub energy_lost: f64,
+    /// Velocities (m/s): A before, B before, A after, B after.
+    pub velocities: [DVec3; 4],
+    /// Centres (m) of A and B; of a plane, the point touched.
+    pub positions: [DVec3; 2],
+    /// Masses (kg).
+    pub masses: [f64; 2],
+}
+
+/// Impacts by column.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImpactTable {
+    /// When: nearest double (s).
+    pub time: Vec<f64>,
+    /// What `time` leaves out (s).
+    pub time_low: Vec<f64>,
+    /// Ids of A.
+    pub a: Vec<i64>,
+    /// Ids of B.
+    pub b: Vec<i64>,
+    /// [`Kind`] as a number.
+    pub kind: Vec<u8>,
+    /// Contact points, three numbers a row (m).
+    pub point: Vec<f64>,
+    /// Normals, three numbers a row.
+    pub normal: Vec<f64>,
+    /// m/s.
+    pub approach_speed: Vec<f64>,
+    /// m/s.
+    pub separation_speed: Vec<f64>,
+    /// N s.
+    pub impulse: Vec<f64>,
+    /// Pure numbers.
+    pub restitution: Vec<f64>,
+    /// J.
+    pub energy_lost: Vec<f64>,
+}
+
+impl ImpactTable {
+    /// Adds a row.
+    #[inline]
+    pub fn push(&mut self, impact: &Impact) {
+        let (time, time_low) = impact.time.to_pair();
+        self.time.push(time);
+        self.time_low.push(time_low);
+        self.a.push(impact.a);
+        self.b.push(impact.b);
+        self.kind.push(impact.kind as u8);
+        self.point.extend_from_slice(&impact.point.to_array());
+        self.normal.extend_from_slice(&impact.normal.to_array());
+        self.approach_speed.push(impact.approach_speed);
+        self.separation_speed.push(impact.separation_speed);
+        self.impulse.push(impact.impulse);
+        self.restitution.push(impact.restitution);
+        self.energy_lost.push(impact.energy_lost);
+    }
+
+    /// How many rows there are.
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.time.is_empty()
+    }
+}

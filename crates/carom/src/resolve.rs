@@ -1,0 +1,3 @@
+//! From contact to impulse: two surfaces touch, Newton's law of restitution says what they do next.
+
+pub mod newton;

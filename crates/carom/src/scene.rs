@@ -1,0 +1,310 @@
+//! What the user describes. [`Scene::build`] checks it and makes a [`World`] of it, or says all that is wrong.
+
+mod check;
+mod fill;
+
+use glam::DVec3;
+
+pub use fill::{Fill, Placement, RadiusDistribution};
+
+use crate::error::{CheckError, Problem};
+use crate::event::Kind;
+use crate::flight::Flight;
+use crate::time::Clock;
+use crate::world::{Body, Boundary, Domain, Partner, Plane, RestitutionTable, Spin, World};
+
+/// Balls by column, in any order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Balls {
+    /// Identities, unique, 0 or more.
+    pub ids: Vec<i64>,
+    /// Centres (m).
+    pub positions: Vec<DVec3>,
+    /// Velocities (m/s).
+    pub velocities: Vec<DVec3>,
+    /// Radii (m).
+    pub radii: Vec<f64>,
+    /// Masses (kg); without meaning for fixed balls.
+    pub masses: Vec<f64>,
+    /// Moments of inertia about the centre (kg m²); without meaning for fixed balls.
+    pub inertias: Vec<f64>,
+    /// Indices of the materials.
+    pub materials: Vec<u32>,
+    /// Whether the motion is prescribed: it keeps its velocity, whatever meets it.
+    pub fixed: Vec<bool>,
+    /// Unit quaternions (w, x, y, z), body to world.
+    pub orientations: Vec<[f64; 4]>,
+    /// World axes (rad/s).
+    pub angular_velocities: Vec<DVec3>,
+}
+
+/// One ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// Identity.
+    pub id: i64,
+    /// Centre (m).
+    pub position: DVec3,
+    /// Velocity (m/s).
+    pub velocity: DVec3,
+    /// Radius (m).
+    pub radius: f64,
+    /// Mass (kg).
+    pub mass: f64,
+    /// Index of the material.
+    pub material: u32,
+    /// Whether its motion is prescribed.
+    pub fixed: bool,
+}
+
+impl Balls {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.ids.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.ids.is_empty()
+    }
+
+    /// Adds a ball without spin, solid and homogeneous (a disc in two dimensions).
+    pub fn push(&mut self, ball: Ball, dimensions: u8) {
+        self.ids.push(ball.id);
+        self.positions.push(ball.position);
+        self.velocities.push(ball.velocity);
+        self.radii.push(ball.radius);
+        self.masses.push(ball.mass);
+        let gyration = if dimensions == 2 { 0.5 } else { 0.4 };
+        self.inertias.push(gyration * ball.mass * ball.radius * ball.radius);
+        self.materials.push(ball.material);
+        self.fixed.push(ball.fixed);
+        self.orientations.push([1.0, 0.0, 0.0, 0.0]);
+        self.angular_velocities.push(DVec3::ZERO);
+    }
+}
+
+/// A plane as a body: the points with normal·x = offset, moving at `velocity`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneBody {
+    /// Identity.
+    pub id: i64,
+    /// Unit vector to the free side.
+    pub normal: DVec3,
+    /// Distance from the origin along the normal at the start (m).
+    pub offset: f64,
+    /// Velocity (m/s).
+    pub velocity: DVec3,
+    /// Index of the material.
+    pub material: u32,
+}
+
+/// Everything a run starts from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// 2: z is held at zero; 3.
+    pub dimensions: u8,
+    /// Acceleration of free bodies (m/s²).
+    pub gravity: DVec3,
+    /// Of the one generator.
+    pub seed: u64,
+    /// What the clock shows at the start (s).
+    pub start_time: f64,
+    /// Restitution of pairs not listed.
+    pub restitution: f64,
+    /// How many materials there are, at least 1.
+    pub materials: usize,
+    /// Restitution by pair of materials.
+    pub pairs: Vec<(usize, usize, f64)>,
+    /// The region.
+    pub domain: Domain,
+    /// Material of the domain's walls.
+    pub domain_material: u32,
+    /// Balls given one by one.
+    pub balls: Balls,
+    /// Planes.
+    pub planes: Vec<PlaneBody>,
+    /// Balls to be placed.
+    pub fills: Vec<Fill>,
+    /// Overlaps up to this depth (m) are removed by shrinking all balls by one factor; `None`: every overlap is an error.
+    pub shrink_overlaps: Option<f64>,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self {
+            dimensions: 3,
+            gravity: DVec3::ZERO,
+            seed: 1,
+            start_time: 0.0,
+            restitution: 1.0,
+            materials: 1,
+            pairs: Vec::new(),
+            domain: Domain::OPEN,
+            domain_material: 0,
+            balls: Balls::default(),
+            planes: Vec::new(),
+            fills: Vec::new(),
+            shrink_overlaps: None,
+        }
+    }
+}
+
+/// What building a scene did that was not spelled out in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BuildReport {
+    /// Factor by which all radii were shrunk to remove overlaps, 1 if none.
+    pub shrink_factor: f64,
+    /// Overlapping pairs that were shrunk away.
+    pub overlaps: usize,
+    /// The deepest of them (m).
+    pub deepest_overlap: f64,
+}
+
+impl Scene {
+    /// Checks everything, places what has to be placed, and sets the clock.
+    ///
+    /// # Errors
+    /// [`CheckError`] with all that is wrong: values out of range, balls outside the domain, each overlapping pair with
+    /// its depth.
+    pub fn build(&self) -> Result<(World, BuildReport), CheckError> {
+        check::values(self)?;
+        let mut balls = self.balls.clone();
+        for (row, fill) in self.fills.iter().enumerate() {
+            fill.place(row, self, &mut balls)?;
+        }
+        check::identities(self, &balls)?;
+        let mut world = self.world(balls);
+        let report = check::geometry(&mut world, self.shrink_overlaps)?;
+        Ok((world, report))
+    }
+
+    /// The world of these balls, sorted by id, not yet checked for overlaps.
+    fn world(&self, balls: Balls) -> World {
+        let mut order: Vec<usize> = (0..balls.len()).collect();
+        order.sort_by_key(|&row| balls.ids[row]);
+        let mut planes = self.planes.clone();
+        planes.extend(walls(&self.domain, self.domain_material));
+        planes.sort_by_key(|plane| plane.id);
+        let clock = self.clock(&balls, &planes);
+        let start = clock.at(self.start_time);
+        let mut restitution = RestitutionTable::uniform(self.materials, self.restitution);
+        for &(a, b, e) in &self.pairs {
+            restitution.set(a, b, e);
+        }
+        let turns = |row: usize| balls.angular_velocities[row] != DVec3::ZERO;
+        let turned = |row: usize| balls.orientations[row] != [1.0, 0.0, 0.0, 0.0];
+        let spin = order.iter().any(|&row| turns(row) || turned(row)).then(|| Spin {
+            orientation: order.iter().map(|&row| balls.orientations[row]).collect(),
+            angular_velocity: order.iter().map(|&row| balls.angular_velocities[row]).collect(),
+            inertia: order.iter().map(|&row| balls.inertias[row]).collect(),
+            start,
+        });
+        let mut world = World {
+            clock,
+            start,
+            dimensions: self.dimensions,
+            gravity: self.gravity,
+            domain: self.domain,
+            restitution,
+            ids: order.iter().map(|&row| balls.ids[row]).collect(),
+            flights: order
+                .iter()
+                .map(|&row| Flight { position: balls.positions[row], velocity: balls.velocities[row], start })
+                .collect(),
+            radii: order.iter().map(|&row| balls.radii[row]).collect(),
+            bodies: order
+                .iter()
+                .map(|&row| Body {
+                    mass: if balls.fixed[row] { f64::INFINITY } else { balls.masses[row] },
+                    energy: 0.0,
+                    material: balls.materials[row],
+                    last_partner: Partner::NONE,
+                    impacts: 0,
+                })
+                .collect(),
+            images: if self.domain.is_periodic() { vec![[0; 3]; order.len()] } else { Vec::new() },
+            planes: planes
+                .iter()
+                .map(|plane| Plane {
+                    id: plane.id,
+                    normal: plane.normal,
+                    offset: plane.offset,
+                    velocity: plane.velocity,
+                    start,
+                    material: plane.material,
+                })
+                .collect(),
+            spin,
+            growth: None,
+        };
+        for ball in 0..world.len() {
+            if !world.is_fixed(ball) {
+                world.bodies[ball].energy = world.energy(ball);
+            }
+        }
+        world
+    }
+
+    /// A clock whose span is some 64 times the time in which the fastest body crosses the smallest radius: rounding of an
+    /// instant then moves nothing by more than about 1e-14 radii.
+    fn clock(&self, balls: &Balls, planes: &[PlaneBody]) -> Clock {
+        let smallest = balls.radii.iter().copied().fold(f64::INFINITY, f64::min);
+        let speeds = balls.velocities.iter().chain(planes.iter().map(|plane| &plane.velocity));
+        let fastest = speeds.map(|velocity| velocity.length()).fold(0.0, f64::max);
+        let fastest = fastest.max((self.gravity.length() * smallest).sqrt());
+        let crossing = smallest / fastest;
+        if crossing.is_finite() && crossing > 0.0 { Clock::with_span(32.0 * crossing) } else { Clock::with_span(1.0) }
+    }
+
+    /// The names of the rules by which the notes' and this program's choices are made, for every output.
+    pub fn rules() -> [(&'static str, &'static str); 3] {
+        [
+            (
+                "simultaneous",
+                "pairwise: contacts of one instant are resolved pair by pair in the order of kind and ids, again until none approaches",
+            ),
+            (
+                "collapse",
+                "stop: a run whose lossy impacts accumulate, or whose bodies come to rest on each other, ends with an error",
+            ),
+            ("law", "newton: v_AB·n after = -e v_AB·n before, without friction"),
+        ]
+    }
+}
+
+/// The walls of a domain as planes.
+fn walls(domain: &Domain, material: u32) -> Vec<PlaneBody> {
+    let mut walls = Vec::new();
+    for axis in 0..3 {
+        if domain.boundary[axis] == Boundary::Walls {
+            for (side, sign) in [(0, 1.0), (1, -1.0)] {
+                walls.push(PlaneBody {
+                    id: -1 - (2 * axis as i64 + side),
+                    normal: DVec3::AXES[axis] * sign,
+                    offset: -0.5 * domain.size[axis],
+                    velocity: DVec3::ZERO,
+                    material,
+                });
+            }
+        }
+    }
+    walls
+}
+
+/// Whether two shapes can meet at all, for checks before a run.
+///
+/// # Errors
+/// If the pair is not in the table of pairs.
+pub fn check_pair(a: crate::predict::ShapeKind, b: crate::predict::ShapeKind) -> Result<Kind, CheckError> {
+    crate::predict::kind_of_pair(a, b).ok_or_else(|| {
+        Problem::new(
+            "pair",
+            None,
+            "shape",
+            format!("{a:?} and {b:?}"),
+            "these two shapes cannot collide with each other",
+        )
+        .into()
+    })
+}

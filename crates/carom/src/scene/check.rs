@@ -1,0 +1,284 @@
+//! A scene becomes a world only if every number means something and no two bodies share a place.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::{Balls, BuildReport, Scene};
+use crate::error::{CheckError, Problem};
+use crate::time::Time;
+use crate::tolerance::{UNIT_LENGTH, touching};
+use crate::world::cells::Cells;
+use crate::world::{Boundary, World};
+
+/// Problems listed at most; a file with more is wrong as a whole.
+const MOST_PROBLEMS: usize = 10_000;
+
+fn finite(v: DVec3) -> bool {
+    v.is_finite()
+}
+
+fn result(problems: Vec<Problem>) -> Result<(), CheckError> {
+    if problems.is_empty() { Ok(()) } else { Err(CheckError { problems }) }
+}
+
+/// Checks every number of a scene by itself.
+pub(super) fn values(scene: &Scene) -> Result<(), CheckError> {
+    let mut problems = Vec::new();
+    let mut wrong = |what, id, field, value: String, reason: &str| {
+        if problems.len() < MOST_PROBLEMS {
+            problems.push(Problem::new(what, id, field, value, reason));
+        }
+    };
+    if !matches!(scene.dimensions, 2 | 3) {
+        wrong("scene", None, "dimensions", scene.dimensions.to_string(), "must be 2 or 3");
+    }
+    let flat = scene.dimensions == 2;
+    if !finite(scene.gravity) {
+        wrong("scene", None, "gravity", scene.gravity.to_string(), "must be finite");
+    } else if flat && scene.gravity.z != 0.0 {
+        wrong("scene", None, "gravity", scene.gravity.to_string(), "z must be 0 in two dimensions");
+    }
+    if !scene.start_time.is_finite() {
+        wrong("scene", None, "time", scene.start_time.to_string(), "must be finite");
+    }
+    let mut check_restitution = |what, id, e: f64| {
+        if !(0.0..=1.0).contains(&e) {
+            wrong(what, id, "restitution", e.to_string(), "must be from 0 to 1");
+        }
+    };
+    check_restitution("scene", None, scene.restitution);
+    for (row, &(_, _, e)) in scene.pairs.iter().enumerate() {
+        check_restitution("pair", Some(row as i64), e);
+    }
+    let known = |material: u32| (material as usize) < scene.materials;
+    for (row, &(a, b, _)) in scene.pairs.iter().enumerate() {
+        if a >= scene.materials || b >= scene.materials {
+            wrong("pair", Some(row as i64), "materials", format!("({a}, {b})"), "there is no such material");
+        }
+    }
+    let domain = &scene.domain;
+    for axis in 0..3 {
+        let bounded = domain.boundary[axis] != Boundary::Open;
+        if bounded && !(domain.size[axis].is_finite() && domain.size[axis] > 0.0) {
+            wrong("domain", None, "size", domain.size.to_string(), "must be positive and finite");
+        }
+    }
+    if flat && domain.boundary[2] != Boundary::Open {
+        wrong("domain", None, "kind", format!("{:?}", domain.boundary[2]), "z must be open in two dimensions");
+    }
+    if !known(scene.domain_material) {
+        wrong("domain", None, "material", scene.domain_material.to_string(), "there is no such material");
+    }
+    if let Some(depth) = scene.shrink_overlaps
+        && !(depth.is_finite() && depth >= 0.0)
+    {
+        wrong("scene", None, "shrink", depth.to_string(), "must be 0 or more and finite");
+    }
+    let positive = |x: f64| x.is_finite() && x > 0.0;
+    let balls = &scene.balls;
+    for row in 0..balls.len() {
+        let id = Some(balls.ids[row]);
+        let mut ball = |field, value: String, reason: &str| wrong("ball", id, field, value, reason);
+        if !positive(balls.radii[row]) {
+            ball("radius", balls.radii[row].to_string(), "must be positive and finite");
+        } else if domain.periods().to_array().iter().any(|&period| period > 0.0 && period < 2.0 * balls.radii[row]) {
+            ball("radius", balls.radii[row].to_string(), "is more than half the periodic box");
+        }
+        for (field, vector) in [
+            ("position", balls.positions[row]),
+            ("velocity", balls.velocities[row]),
+            ("angular_velocity", balls.angular_velocities[row]),
+        ] {
+            if !finite(vector) {
+                ball(field, vector.to_string(), "must be finite");
+            } else if flat && field != "angular_velocity" && vector.z != 0.0 {
+                ball(field, vector.to_string(), "z must be 0 in two dimensions");
+            } else if flat && field == "angular_velocity" && (vector.x != 0.0 || vector.y != 0.0) {
+                ball(field, vector.to_string(), "x and y must be 0 in two dimensions");
+            }
+        }
+        if !balls.fixed[row] {
+            if !positive(balls.masses[row]) {
+                ball("mass", balls.masses[row].to_string(), "must be positive and finite");
+            }
+            if !positive(balls.inertias[row]) {
+                ball("inertia", balls.inertias[row].to_string(), "must be positive and finite");
+            }
+        }
+        let norm: f64 = balls.orientations[row].iter().map(|x| x * x).sum();
+        if !((norm.sqrt() - 1.0).abs() <= UNIT_LENGTH) {
+            ball("orientation", format!("{:?}", balls.orientations[row]), "must be a unit quaternion (w, x, y, z)");
+        }
+        if !known(balls.materials[row]) {
+            ball("material", balls.materials[row].to_string(), "there is no such material");
+        }
+    }
+    for plane in &scene.planes {
+        let id = Some(plane.id);
+        let mut plane_wrong = |field, value: String, reason: &str| wrong("plane", id, field, value, reason);
+        if !((plane.normal.length() - 1.0).abs() <= UNIT_LENGTH) {
+            plane_wrong("normal", plane.normal.to_string(), "must be a unit vector");
+        } else if flat && plane.normal.z != 0.0 {
+            plane_wrong("normal", plane.normal.to_string(), "z must be 0 in two dimensions");
+        } else if (0..3).any(|axis| plane.normal[axis] != 0.0 && domain.boundary[axis] == Boundary::Periodic) {
+            plane_wrong(
+                "normal",
+                plane.normal.to_string(),
+                "has a part along a periodic axis, where a plane has no place",
+            );
+        }
+        if !plane.offset.is_finite() {
+            plane_wrong("offset", plane.offset.to_string(), "must be finite");
+        }
+        if !finite(plane.velocity) {
+            plane_wrong("velocity", plane.velocity.to_string(), "must be finite");
+        }
+        if !known(plane.material) {
+            plane_wrong("material", plane.material.to_string(), "there is no such material");
+        }
+    }
+    result(problems)
+}
+
+/// Checks that every id is given once.
+pub(super) fn identities(scene: &Scene, balls: &Balls) -> Result<(), CheckError> {
+    let mut problems = Vec::new();
+    let mut seen: HashMap<i64, ()> = HashMap::with_capacity(balls.len());
+    let ids = balls.ids.iter().map(|id| ("ball", *id)).chain(scene.planes.iter().map(|plane| ("plane", plane.id)));
+    for (what, id) in ids {
+        if !(0..1 << 31).contains(&id) {
+            problems.push(Problem::new(what, Some(id), "id", id, "must be from 0 to 2147483647"));
+        } else if seen.insert(id, ()).is_some() {
+            problems.push(Problem::new(what, Some(id), "id", id, "is given twice"));
+        }
+    }
+    if balls.len() >= 1 << 30 {
+        problems.push(Problem::new("scene", None, "body", balls.len(), "are more balls than can be numbered"));
+    }
+    result(problems)
+}
+
+fn largest_coordinate(vectors: &[DVec3]) -> f64 {
+    vectors.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max)
+}
+
+/// Checks that every ball is on the free side of every plane and that no two balls overlap.
+pub(super) fn geometry(world: &mut World, shrink: Option<f64>) -> Result<BuildReport, CheckError> {
+    let start = world.start;
+    let mut problems = outside(world, start);
+    let pairs = overlaps(world, start);
+    let mut report = BuildReport { shrink_factor: 1.0, overlaps: 0, deepest_overlap: 0.0 };
+    let deepest = pairs.iter().map(|pair| pair.depth).fold(0.0, f64::max);
+    if let Some(most) = shrink
+        && deepest <= most
+        && problems.is_empty()
+    {
+        let factor = pairs.iter().map(|pair| pair.distance / (pair.distance + pair.depth)).fold(1.0, f64::min);
+        if factor < 1.0 {
+            // Rounded down, so that no rounding of the product overlaps again.
+            let factor = factor * (1.0 - 4.0 * f64::EPSILON);
+            for radius in &mut world.radii {
+                *radius *= factor;
+            }
+            report = BuildReport { shrink_factor: factor, overlaps: pairs.len(), deepest_overlap: deepest };
+        }
+        return Ok(report);
+    }
+    problems.extend(pairs.into_iter().take(MOST_PROBLEMS).map(|pair| {
+        let ids = (world.ids[pair.a], world.ids[pair.b]);
+        let reason = if pair.distance == 0.0 {
+            format!("has the same centre as ball {}", ids.1)
+        } else {
+            format!("overlaps ball {} by {:e} m", ids.1, pair.depth)
+        };
+        Problem {
+            other: Some(ids.1),
+            depth: Some(pair.depth),
+            ..Problem::new("ball", Some(ids.0), "position", world.flights[pair.a].position, reason)
+        }
+    }));
+    if problems.is_empty() { Ok(report) } else { Err(CheckError { problems }) }
+}
+
+fn outside(world: &World, start: Time) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    for ball in 0..world.len() {
+        let position = world.position(ball, start);
+        for axis in 0..3 {
+            let half = 0.5 * world.domain.size[axis];
+            if world.domain.boundary[axis] == Boundary::Periodic && position[axis].abs() > half {
+                problems.push(Problem::new(
+                    "ball",
+                    Some(world.ids[ball]),
+                    "position",
+                    position,
+                    format!("lies outside the periodic box, which ends at ±{half} m"),
+                ));
+            }
+        }
+        if world.is_fixed(ball) {
+            continue;
+        }
+        for plane in &world.planes {
+            let gap = plane.normal.dot(position) - plane.offset_at(start) - world.radii[ball];
+            let largest = largest_coordinate(&[position]).max(world.radii[ball]).max(plane.offset.abs());
+            if gap < -touching(largest) && problems.len() < MOST_PROBLEMS {
+                let name = if plane.id < 0 { format!("wall {}", plane.id) } else { format!("plane {}", plane.id) };
+                problems.push(Problem {
+                    other: Some(plane.id),
+                    depth: Some(-gap),
+                    ..Problem::new(
+                        "ball",
+                        Some(world.ids[ball]),
+                        "position",
+                        position,
+                        format!("reaches {:e} m beyond {name}", -gap),
+                    )
+                });
+            }
+        }
+    }
+    problems
+}
+
+struct Overlap {
+    a: usize,
+    b: usize,
+    distance: f64,
+    depth: f64,
+}
+
+/// All overlapping pairs, by row.
+fn overlaps(world: &World, start: Time) -> Vec<Overlap> {
+    let positions: Vec<DVec3> = (0..world.len()).map(|ball| world.position(ball, start)).collect();
+    let low = positions.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = positions.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let mut cells = Cells::new(&world.domain, &world.radii, low, high);
+    for (ball, position) in positions.iter().enumerate() {
+        cells.insert(ball, *position);
+    }
+    let periods = world.domain.periods();
+    let mut found = Vec::new();
+    for a in 0..world.len() {
+        let first = found.len();
+        cells.near(a, world.radii[a], |b| {
+            if b < a || (world.is_fixed(a) && world.is_fixed(b)) {
+                return;
+            }
+            let mut r = positions[a] - positions[b];
+            for axis in 0..3 {
+                if periods[axis] > 0.0 {
+                    r[axis] -= (r[axis] / periods[axis]).round() * periods[axis];
+                }
+            }
+            let (distance, sum) = (r.length(), world.radii[a] + world.radii[b]);
+            let largest = largest_coordinate(&[positions[a], positions[b], periods]).max(sum);
+            if sum - distance > touching(largest) {
+                found.push(Overlap { a, b, distance, depth: sum - distance });
+            }
+        });
+        found[first..].sort_by_key(|pair| pair.b);
+    }
+    found
+}

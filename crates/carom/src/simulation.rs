@@ -1,0 +1,392 @@
+//! The loop: take the earliest event, advance the bodies in it, resolve, record, predict anew. Read [`Simulation::run`] first.
+
+mod checkpoint;
+mod guard;
+mod impact;
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+
+use crate::error::CollapseError;
+use crate::event::{Rank, Upcoming};
+use crate::ledger::{Balance, Ledger};
+use crate::predict::{self, First, Periods};
+use crate::queue::{Entry, Queue};
+use crate::record::{Impact, ImpactTable};
+use crate::time::Time;
+use crate::tolerance::SAME_INSTANT;
+use crate::world::cells::{Cells, Face};
+use crate::world::{Boundary, Partner, World};
+
+use guard::CollapseGuard;
+pub(crate) use impact::approach_speed;
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// The clock reached the time asked for.
+    Time,
+    /// As many impacts happened as were asked for.
+    Impacts,
+    /// As many events were worked off as were asked for.
+    Events,
+}
+
+/// How much was done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Impacts of two balls.
+    pub ball_ball: u64,
+    /// Impacts of a ball with a plane.
+    pub ball_plane: u64,
+    /// Contacts that turned out not to approach by the rounding of a grazing root.
+    pub grazes: u64,
+    /// Passages from cell to cell.
+    pub crossings: u64,
+    /// Predictions that surfaced after their partner had changed its course.
+    pub stale: u64,
+    /// Times the cells were laid out anew, in open space.
+    pub layouts: u64,
+}
+
+impl Counts {
+    /// All impacts.
+    pub fn impacts(&self) -> u64 {
+        self.ball_ball + self.ball_plane
+    }
+}
+
+enum Event {
+    Crossing { ball: usize, face: Face, time: Time },
+    Stale { ball: usize, time: Time },
+    Impact { ball: usize, partner: Partner, time: Time },
+}
+
+/// A world in motion.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    world: World,
+    now: Time,
+    cells: Cells,
+    periods: Periods,
+    upcoming: Vec<Upcoming>,
+    queue: Queue,
+    /// Impacts of the present instant, lowest rank first: (rank, ball, stamp).
+    instant: BinaryHeap<Reverse<(Rank, u32, u32)>>,
+    instant_end: Time,
+    guard: CollapseGuard,
+    ledger: Ledger,
+    counts: Counts,
+    crossings_at_layout: u64,
+    recorded: Option<ImpactTable>,
+    last_impact: Option<Impact>,
+}
+
+impl Simulation {
+    /// Sets `world`, which has passed its check, in motion. `record`: whether impacts are kept as rows.
+    pub fn new(world: World, record: bool) -> Self {
+        let now = world.start;
+        let ledger = Ledger::open(&world);
+        Self::at(world, now, ledger, Counts::default(), record)
+    }
+
+    fn at(world: World, now: Time, ledger: Ledger, counts: Counts, record: bool) -> Self {
+        let cells = lay_out_cells(&world, now);
+        let guard = CollapseGuard::new(&world);
+        let mut simulation = Self {
+            now,
+            periods: Periods::new(&world, &cells),
+            queue: Queue::new(now, world.len(), world.clock.span() / 64.0),
+            upcoming: vec![Upcoming::NOTHING; world.len()],
+            cells,
+            world,
+            instant: BinaryHeap::new(),
+            instant_end: now,
+            guard,
+            ledger,
+            crossings_at_layout: counts.crossings,
+            counts,
+            recorded: record.then(ImpactTable::default),
+            last_impact: None,
+        };
+        simulation.predict_all();
+        simulation
+    }
+
+    /// Runs until the clock stands at `until` ([`Time::NEVER`]: until nothing is left to happen), or `impacts` more impacts have happened, or `events` more events of any kind
+    /// were worked off.
+    ///
+    /// # Errors
+    /// [`CollapseError`] if impacts that lose energy accumulate or a body comes to rest; the simulation then stands at the
+    /// last valid event and can be looked at.
+    pub fn run(&mut self, until: Time, impacts: u64, events: u64) -> Result<Stop, CollapseError> {
+        let last_impact = self.counts.impacts().saturating_add(impacts);
+        for _ in 0..events {
+            if self.counts.impacts() >= last_impact {
+                return Ok(Stop::Impacts);
+            }
+            let Some(event) = self.take_earliest(until) else {
+                if until.is_reachable() {
+                    self.now = self.now.later(until);
+                }
+                return Ok(Stop::Time);
+            };
+            match event {
+                Event::Crossing { ball, face, time } => self.cross(ball, face, time),
+                Event::Stale { ball, time } => {
+                    self.counts.stale += 1;
+                    self.predict(ball, self.now.later(time));
+                }
+                Event::Impact { ball, partner, time } => {
+                    let impact = self.resolve(ball, partner, time)?;
+                    self.record(impact);
+                    self.predict(ball, self.now);
+                    if let Some(other) = partner.as_ball() {
+                        self.predict(other, self.now);
+                    }
+                }
+            }
+        }
+        Ok(Stop::Events)
+    }
+
+    /// On to the next impact no later than `until`, exactly one; `None` if there is none, and the clock then stands at
+    /// `until`.
+    ///
+    /// # Errors
+    /// As [`Simulation::run`].
+    pub fn step(&mut self, until: Time) -> Result<Option<Impact>, CollapseError> {
+        self.last_impact = None;
+        self.run(until, 1, u64::MAX)?;
+        Ok(self.last_impact)
+    }
+
+    /// The present instant.
+    pub fn now(&self) -> Time {
+        self.now
+    }
+
+    /// The bodies. Their flights hold the states after their last impacts; [`World::position`] tells where they are.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// How much was done so far.
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// Energy and momentum at the present instant.
+    pub fn balance(&mut self) -> Balance {
+        self.ledger.balance(&self.world, self.now)
+    }
+
+    /// Hands over the rows recorded since the last call.
+    pub fn take_impacts(&mut self) -> ImpactTable {
+        self.recorded.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Bytes held for each ball, recorded impacts aside.
+    pub fn bytes_per_ball(&self) -> usize {
+        let balls = self.world.len().max(1);
+        let of_ball = size_of::<crate::flight::Flight>()
+            + size_of::<crate::world::Body>()
+            + size_of::<Upcoming>()
+            + 16
+            + if self.world.images.is_empty() { 0 } else { 12 };
+        of_ball + (self.cells.bytes() + self.queue.bytes()) / balls
+    }
+
+    /// The earliest event no later than `until`. Impacts of one instant come in the order of their ranks; whatever only
+    /// brings predictions up to date comes before them.
+    #[inline]
+    fn take_earliest(&mut self, until: Time) -> Option<Event> {
+        loop {
+            let upcoming = &self.upcoming;
+            let entry = self.queue.earliest(|entry| upcoming[entry.ball as usize].stamp == entry.stamp);
+            let in_instant = !self.instant.is_empty();
+            let limit = if in_instant { self.instant_end } else { until };
+            let Some(entry) = entry.filter(|entry| !limit.before(entry.time)) else {
+                if in_instant && !until.before(self.now) {
+                    match self.take_lowest_of_instant() {
+                        Some(event) => return Some(event),
+                        None => continue,
+                    }
+                }
+                return None;
+            };
+            self.queue.remove_earliest();
+            let ball = entry.ball as usize;
+            if !self.upcoming[ball].is_impact() {
+                return Some(Event::Crossing { ball, face: self.upcoming[ball].face, time: entry.time });
+            }
+            if self.is_stale(ball) {
+                return Some(Event::Stale { ball, time: entry.time });
+            }
+            let partner = self.upcoming[ball].partner;
+            if !in_instant {
+                if self.is_alone(ball, partner, entry.time) {
+                    return Some(Event::Impact { ball, partner, time: entry.time });
+                }
+                self.instant_end = self.world.clock.after(entry.time, SAME_INSTANT * self.world.clock.span());
+            }
+            let rank = predict::rank(&self.world, ball, partner);
+            self.instant.push(Reverse((rank, entry.ball, entry.stamp)));
+        }
+    }
+
+    /// Whether no other event than the pair's own belongs to the instant of this impact.
+    #[inline]
+    fn is_alone(&mut self, ball: usize, partner: Partner, time: Time) -> bool {
+        let end = self.world.clock.after(time, SAME_INSTANT * self.world.clock.span());
+        loop {
+            let upcoming = &self.upcoming;
+            let next = self.queue.earliest(|entry| upcoming[entry.ball as usize].stamp == entry.stamp);
+            match next {
+                Some(next) if !end.before(next.time) => {
+                    let other = &self.upcoming[next.ball as usize];
+                    let mirrored = partner == Partner::ball(next.ball)
+                        && other.partner == Partner::ball(ball as u32)
+                        && other.is_impact();
+                    if !mirrored {
+                        return false;
+                    }
+                    // The same impact as the partner foresaw it; the partner is predicted anew right after it.
+                    self.queue.remove_earliest();
+                }
+                _ => return true,
+            }
+        }
+    }
+
+    fn take_lowest_of_instant(&mut self) -> Option<Event> {
+        let Reverse((_, ball, stamp)) = self.instant.pop()?;
+        let ball = ball as usize;
+        let upcoming = &self.upcoming[ball];
+        if upcoming.stamp != stamp {
+            return None;
+        }
+        let time = upcoming.impact;
+        Some(if self.is_stale(ball) {
+            Event::Stale { ball, time }
+        } else {
+            Event::Impact { ball, partner: upcoming.partner, time }
+        })
+    }
+
+    /// Goes on in the middle of an instant: what belongs to it up to `end` is taken from the queue before its impacts are
+    /// taken in the order of their ranks.
+    fn resume_instant(&mut self, end: Time) {
+        loop {
+            let upcoming = &self.upcoming;
+            let entry = self.queue.earliest(|entry| upcoming[entry.ball as usize].stamp == entry.stamp);
+            let Some(entry) = entry.filter(|entry| !end.before(entry.time)) else { return };
+            let ball = entry.ball as usize;
+            if self.upcoming[ball].is_impact() {
+                self.queue.remove_earliest();
+                self.instant_end = end;
+                let rank = predict::rank(&self.world, ball, self.upcoming[ball].partner);
+                self.instant.push(Reverse((rank, entry.ball, entry.stamp)));
+                return;
+            }
+            self.queue.remove_earliest();
+            self.cross(ball, self.upcoming[ball].face, entry.time);
+        }
+    }
+
+    /// Whether a ball's foreseen partner has had an impact since.
+    #[inline(always)]
+    fn is_stale(&self, ball: usize) -> bool {
+        let upcoming = &self.upcoming[ball];
+        match upcoming.partner.as_ball() {
+            Some(other) => self.world.bodies[other].impacts != upcoming.partner_impacts,
+            None => false,
+        }
+    }
+
+    fn record(&mut self, impact: Option<Impact>) {
+        if let (Some(table), Some(impact)) = (&mut self.recorded, &impact) {
+            table.push(impact);
+        }
+        self.last_impact = impact;
+    }
+
+    /// Looks anew at everybody near.
+    fn predict(&mut self, ball: usize, now: Time) {
+        let first = predict::first_impact(&self.world, &self.cells, ball, now, &self.periods);
+        self.schedule(ball, first, now);
+    }
+
+    fn predict_all(&mut self) {
+        for ball in 0..self.world.len() {
+            self.predict(ball, self.now);
+        }
+    }
+
+    #[inline]
+    fn schedule(&mut self, ball: usize, first: First, now: Time) {
+        let (crossing, face) = predict::next_crossing(&self.world, &self.cells, ball, now);
+        let stamp = self.upcoming[ball].stamp.wrapping_add(1);
+        let partner_impacts = first.partner.as_ball().map_or(0, |other| self.world.bodies[other].impacts);
+        let upcoming = Upcoming { impact: first.time, partner: first.partner, partner_impacts, stamp, crossing, face };
+        self.upcoming[ball] = upcoming;
+        let time = upcoming.time();
+        if time.is_reachable() {
+            self.queue.push(Entry { time, ball: ball as u32, stamp });
+        }
+    }
+
+    /// A ball leaves its cell: no state is written, but there are others near now.
+    fn cross(&mut self, ball: usize, face: Face, time: Time) {
+        let now = self.now.later(time);
+        self.counts.crossings += 1;
+        self.cells.cross(ball, face);
+        if self.cells_have_run_apart() {
+            self.lay_out_anew(now);
+        } else if self.is_stale(ball) {
+            self.predict(ball, now);
+        } else {
+            let upcoming = &self.upcoming[ball];
+            let known = First::from(upcoming.impact, upcoming.partner);
+            let first =
+                predict::first_impact_after_crossing(&self.world, &self.cells, ball, now, &self.periods, face, known);
+            self.schedule(ball, first, now);
+        }
+    }
+
+    /// Balls that fly apart in open space cross ever more cells of the old size in vain.
+    fn cells_have_run_apart(&self) -> bool {
+        const CROSSINGS_PER_BALL: u64 = 64;
+        self.world.domain.boundary.contains(&Boundary::Open)
+            && self.counts.crossings - self.crossings_at_layout > CROSSINGS_PER_BALL * self.world.len() as u64
+    }
+
+    fn lay_out_anew(&mut self, now: Time) {
+        self.crossings_at_layout = self.counts.crossings;
+        self.counts.layouts += 1;
+        self.cells = lay_out_cells(&self.world, now);
+        self.periods = Periods::new(&self.world, &self.cells);
+        self.instant.clear();
+        for ball in 0..self.world.len() {
+            self.predict(ball, now);
+        }
+    }
+}
+
+/// Cells for the balls where they are at `now`.
+fn lay_out_cells(world: &World, now: Time) -> Cells {
+    let mut low = DVec3::INFINITY;
+    let mut high = DVec3::NEG_INFINITY;
+    for ball in 0..world.len() {
+        let position = world.position(ball, now);
+        low = low.min(position);
+        high = high.max(position);
+    }
+    let mut cells = Cells::new(&world.domain, &world.radii, low, high);
+    for ball in 0..world.len() {
+        cells.insert(ball, world.position(ball, now));
+    }
+    cells
+}

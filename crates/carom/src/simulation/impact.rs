@@ -1,0 +1,291 @@
+//! One impact: advance the bodies in it, resolve it, book it.
+
+use glam::DVec3;
+
+use super::Simulation;
+use crate::error::{Cause, CollapseError};
+use crate::event::Kind;
+use crate::flight::Flight;
+use crate::ledger::gravity_moment;
+use crate::record::Impact;
+use crate::resolve::newton::{Contact, Outcome};
+use crate::time::Time;
+use crate::tolerance::touching;
+use crate::world::Partner;
+
+impl Simulation {
+    /// Resolves the contact of `ball` with `partner` at `time`. `None`: a grazing pair that turns out not to approach; its
+    /// states are then written unchanged, so that it is not found again.
+    pub(super) fn resolve(
+        &mut self,
+        ball: usize,
+        partner: Partner,
+        time: Time,
+    ) -> Result<Option<Impact>, CollapseError> {
+        // Within one instant the order of ranks may differ from that of times by rounding; the clock does not run back.
+        let now = self.now.later(time);
+        let impact = match (partner.as_ball(), partner.as_plane()) {
+            (Some(other), _) => self.resolve_balls(ball.min(other), ball.max(other), now)?,
+            (None, Some(plane)) => self.resolve_ball_and_plane(ball, plane, now)?,
+            (None, None) => None,
+        };
+        self.now = now;
+        match &impact {
+            None => self.counts.grazes += 1,
+            Some(impact) => match impact.kind {
+                Kind::BallBall => self.counts.ball_ball += 1,
+                Kind::BallPlane => self.counts.ball_plane += 1,
+            },
+        }
+        Ok(impact)
+    }
+
+    fn resolve_balls(&mut self, a: usize, b: usize, now: Time) -> Result<Option<Impact>, CollapseError> {
+        let arrived = [self.arrive(a, now), self.arrive(b, now)];
+        let separation = self.periods.nearest(arrived[0].position - arrived[1].position);
+        let relative = arrived[0].velocity - arrived[1].velocity;
+        let distance = separation.length();
+        let normal = separation / distance;
+        let growth = self.world.growth.map_or(0.0, |g| g.rate * (self.world.radii[a] + self.world.radii[b]));
+        // By the sign of r·v, as predicted: < 0 collision imminent, otherwise grazing or parting.
+        let approach = growth * distance - separation.dot(relative);
+        if approach <= 0.0 {
+            self.graze([(a, Partner::ball(b as u32)), (b, Partner::ball(a as u32))], &arrived, now)?;
+            return Ok(None);
+        }
+        let bodies = [self.world.bodies[a], self.world.bodies[b]];
+        let restitution = self.world.restitution.of(bodies[0].material, bodies[1].material);
+        let contact = Contact {
+            normal,
+            velocity_a: arrived[0].velocity,
+            velocity_b: arrived[1].velocity,
+            mass_a: bodies[0].mass,
+            mass_b: bodies[1].mass,
+            restitution,
+            approach_speed: approach_speed(growth - normal.dot(relative), approach / distance),
+        };
+        let last = self.since_impact(a, now).min(self.since_impact(b, now));
+        if self.accumulates(&contact, last, [Some(a), Some(b)], now) {
+            return Err(self.collapse(a, Partner::ball(b as u32), now, Cause::Accumulation));
+        }
+        let elastic = restitution == 1.0 && growth == 0.0;
+        let carried = elastic.then(|| {
+            self.carried_kinetic_energy(a, &arrived[0])
+                + self.carried_kinetic_energy(b, &arrived[1])
+                + contact.work_of_prescribed()
+        });
+        let outcome = contact
+            .resolve(carried, |velocity_a, velocity_b| separation.dot(velocity_a - velocity_b) >= growth * distance);
+        self.settle(a, Partner::ball(b as u32), arrived[0], outcome.velocity_a, now);
+        self.settle(b, Partner::ball(a as u32), arrived[1], outcome.velocity_b, now);
+        self.book_energy([Some(a), Some(b)], &contact, &outcome, elastic);
+        for (row, other, sign) in [(a, b, 1.0), (b, a, -1.0)] {
+            if self.world.is_fixed(other) && !self.world.is_fixed(row) {
+                let velocity = self.world.flights[other].velocity;
+                self.book_impulse(row, normal * (sign * outcome.impulse), velocity);
+            }
+        }
+        let radius_a = self.world.radius(a, now);
+        Ok(Some(Impact {
+            time: now,
+            a: self.world.ids[a],
+            b: self.world.ids[b],
+            kind: Kind::BallBall,
+            point: arrived[0].position - normal * radius_a,
+            normal,
+            approach_speed: contact.approach_speed,
+            separation_speed: (outcome.velocity_a - outcome.velocity_b).dot(normal),
+            impulse: outcome.impulse,
+            restitution,
+            energy_lost: outcome.energy_lost,
+            velocities: [contact.velocity_a, contact.velocity_b, outcome.velocity_a, outcome.velocity_b],
+            positions: [arrived[0].position, arrived[0].position - separation],
+            masses: [contact.mass_a, contact.mass_b],
+        }))
+    }
+
+    fn resolve_ball_and_plane(&mut self, ball: usize, row: usize, now: Time) -> Result<Option<Impact>, CollapseError> {
+        let plane = self.world.planes[row];
+        let partner = Partner::plane(row as u32);
+        let arrived = self.arrive(ball, now);
+        let n = plane.normal;
+        let growth = self.world.growth.map_or(0.0, |g| g.rate * self.world.radii[ball]);
+        let approach_speed = growth - n.dot(arrived.velocity - plane.velocity);
+        if approach_speed <= 0.0 {
+            self.graze([(ball, partner)], &[arrived], now)?;
+            return Ok(None);
+        }
+        let body = self.world.bodies[ball];
+        let restitution = self.world.restitution.of(body.material, plane.material);
+        let contact = Contact {
+            normal: n,
+            velocity_a: arrived.velocity,
+            velocity_b: plane.velocity,
+            mass_a: body.mass,
+            mass_b: f64::INFINITY,
+            restitution,
+            approach_speed,
+        };
+        if self.accumulates(&contact, self.since_impact(ball, now), [Some(ball), None], now) {
+            return Err(self.collapse(ball, partner, now, Cause::Accumulation));
+        }
+        let elastic = restitution == 1.0 && growth == 0.0;
+        let carried = elastic.then(|| self.carried_kinetic_energy(ball, &arrived) + contact.work_of_prescribed());
+        let outcome = contact.resolve(carried, |velocity, _| n.dot(velocity - plane.velocity) >= growth);
+        self.settle(ball, partner, arrived, outcome.velocity_a, now);
+        self.book_energy([Some(ball), None], &contact, &outcome, elastic);
+        self.book_impulse(ball, n * outcome.impulse, plane.velocity);
+        let point = arrived.position - n * self.world.radius(ball, now);
+        let id = self.world.ids[ball];
+        let ball_is_a = id < plane.id;
+        let ordered = |x: DVec3, y: DVec3| if ball_is_a { [x, y] } else { [y, x] };
+        let [before_a, before_b] = ordered(contact.velocity_a, contact.velocity_b);
+        let [after_a, after_b] = ordered(outcome.velocity_a, outcome.velocity_b);
+        Ok(Some(Impact {
+            time: now,
+            a: id.min(plane.id),
+            b: id.max(plane.id),
+            kind: Kind::BallPlane,
+            point,
+            normal: if ball_is_a { n } else { -n },
+            approach_speed,
+            separation_speed: (outcome.velocity_a - plane.velocity).dot(n),
+            impulse: outcome.impulse,
+            restitution,
+            energy_lost: outcome.energy_lost,
+            velocities: [before_a, before_b, after_a, after_b],
+            positions: ordered(arrived.position, point),
+            masses: if ball_is_a { [body.mass, f64::INFINITY] } else { [f64::INFINITY, body.mass] },
+        }))
+    }
+
+    /// The ball's state at `now`, still in the image where its flight began.
+    fn arrive(&self, ball: usize, now: Time) -> Flight {
+        Flight { position: self.world.position(ball, now), velocity: self.world.velocity(ball, now), start: now }
+    }
+
+    /// Seconds since the ball's last impact; infinite if it had none.
+    fn since_impact(&self, ball: usize, now: Time) -> f64 {
+        let had_none = self.world.bodies[ball].last_partner == Partner::NONE;
+        if had_none { f64::INFINITY } else { now.since(self.world.flights[ball].start) }
+    }
+
+    /// Whether impacts that lose energy accumulate, this one being the last straw.
+    #[inline]
+    fn accumulates(&mut self, contact: &Contact, since: f64, rows: [Option<usize>; 2], now: Time) -> bool {
+        if contact.restitution == 1.0 {
+            return false;
+        }
+        let speeds = contact.velocity_a.length() + contact.velocity_b.length();
+        let place = |ball: usize| self.world.flights[ball].position.abs().max_element();
+        let largest = rows.into_iter().flatten().map(place).fold(0.0, f64::max);
+        let spent =
+            contact.restitution > 0.0 && self.guard.is_spent(contact.approach_speed, speeds, since, touching(largest));
+        let mut many = false;
+        for ball in rows.into_iter().flatten() {
+            many |= self.guard.accumulates(ball, now);
+        }
+        spent || many
+    }
+
+    /// Writes a free ball's state after an impact, put back into the periodic box.
+    fn settle(&mut self, ball: usize, partner: Partner, arrived: Flight, velocity: DVec3, now: Time) {
+        if self.world.is_fixed(ball) {
+            // Its one flight lasts for ever.
+            return;
+        }
+        self.ledger.gravity_moment.add(gravity_moment(&self.world, ball, now));
+        let mut position = arrived.position;
+        if let Some(images) = self.world.images.get_mut(ball) {
+            let passed = self.periods.images_passed(position);
+            if passed != DVec3::ZERO {
+                position -= passed * self.world.domain.size;
+                let passed = passed.to_array().map(|x| x as i32);
+                for axis in 0..3 {
+                    images[axis] = images[axis].wrapping_add(passed[axis]);
+                }
+                self.cells.wrap(ball, passed);
+            }
+        }
+        self.world.flights[ball] = Flight { position, velocity, start: now };
+        let body = &mut self.world.bodies[ball];
+        body.last_partner = partner;
+        body.impacts = body.impacts.wrapping_add(1);
+    }
+
+    /// A contact without approach. Once is the rounding of a grazing root; twice in a row without any time between is a
+    /// lasting contact.
+    fn graze<const N: usize>(
+        &mut self,
+        bodies: [(usize, Partner); N],
+        arrived: &[Flight; N],
+        now: Time,
+    ) -> Result<(), CollapseError> {
+        for (&(ball, partner), arrived) in bodies.iter().zip(arrived) {
+            let again = self.world.bodies[ball].last_partner == partner && self.world.flights[ball].start == now;
+            if again && !self.world.is_fixed(ball) {
+                let resting = self.world.gravity != DVec3::ZERO;
+                let cause = if resting { Cause::Resting } else { Cause::Resolution };
+                return Err(self.collapse(ball, partner, now, cause));
+            }
+            self.settle(ball, partner, *arrived, arrived.velocity, now);
+        }
+        Ok(())
+    }
+
+    fn collapse(&self, ball: usize, partner: Partner, now: Time, cause: Cause) -> CollapseError {
+        let id = self.world.ids[ball];
+        let other = match (partner.as_ball(), partner.as_plane()) {
+            (Some(other), _) => self.world.ids[other],
+            (_, Some(row)) => self.world.planes[row].id,
+            _ => id,
+        };
+        CollapseError { bodies: vec![id.min(other), id.max(other)], time: now.to_pair().0, cause }
+    }
+
+    /// Kinetic energy (J) that a free ball brings to its impact, by the energy it carries; 0 of a fixed one.
+    fn carried_kinetic_energy(&self, ball: usize, arrived: &Flight) -> f64 {
+        if self.world.is_fixed(ball) {
+            return 0.0;
+        }
+        self.world.bodies[ball].energy - self.world.potential_energy(ball, arrived.position)
+    }
+
+    /// Carries each free ball's energy on: by work in elastic impacts, afresh from the velocity in others.
+    fn book_energy(&mut self, rows: [Option<usize>; 2], contact: &Contact, outcome: &Outcome, elastic: bool) {
+        self.ledger.dissipated.add(outcome.energy_lost);
+        let free = rows.map(|row| row.filter(|&ball| !self.world.is_fixed(ball)));
+        match free {
+            [Some(a), Some(b)] if elastic => {
+                // The sum stays what it was. What it differs from the sum of the new velocities by is carried on in equal
+                // parts.
+                let sum = self.world.bodies[a].energy + self.world.bodies[b].energy;
+                let (now_a, now_b) = (self.world.energy(a), self.world.energy(b));
+                let energy_a = now_a + 0.5 * (sum - (now_a + now_b));
+                self.world.bodies[a].energy = energy_a;
+                self.world.bodies[b].energy = sum - energy_a;
+            }
+            [Some(ball), None] | [None, Some(ball)] if elastic => {
+                self.world.bodies[ball].energy += contact.work_of_prescribed();
+            }
+            _ => {
+                for ball in free.into_iter().flatten() {
+                    self.world.bodies[ball].energy = self.world.energy(ball);
+                }
+            }
+        }
+    }
+
+    /// Books what a body in prescribed motion gave to a free ball.
+    fn book_impulse(&mut self, ball: usize, impulse: DVec3, prescribed_velocity: DVec3) {
+        self.ledger.wall_impulse.add(impulse);
+        self.ledger.wall_moment.add(self.world.flights[ball].position.cross(impulse));
+        self.ledger.work.add(impulse.dot(prescribed_velocity));
+    }
+}
+
+/// The approach speed along the rounded normal, -v_AB·n; where rounding hides that it is positive, -v_AB·r / |r|.
+#[inline(always)]
+pub(crate) fn approach_speed(along_normal: f64, along_separation: f64) -> f64 {
+    if along_normal > 0.0 { along_normal } else { along_separation }
+}

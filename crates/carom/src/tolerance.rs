@@ -1,0 +1,44 @@
+//! Every tolerance of the simulator: a name, a unit, a reason. Nothing here moves a body or changes an impact.
+
+/// Two surfaces touch when their gap is within this many units in the last place of the largest coordinate or radius
+/// involved (pure number). It makes a row of balls at i·2r a row of touching balls; what is deeper is an overlap.
+pub const TOUCHING_ULPS: f64 = 4.0;
+
+/// The gap (m) that still counts as touching, for surfaces whose coordinates and radii are at most `largest` (m).
+pub fn touching(largest: f64) -> f64 {
+    TOUCHING_ULPS * (f64::from_bits(largest.to_bits() + 1) - largest)
+}
+
+/// Impacts whose times agree within this fraction of the clock's span belong to one instant (pure number; 8 units in the
+/// last place of an offset). It decides only the order among impacts that rounding cannot tell apart.
+pub const SAME_INSTANT: f64 = 1.0 / (1u64 << 50) as f64;
+
+/// The residual of an elastic impact's energy is fed back along the normal by at most this fraction of the relative speed
+/// (pure number: 4ε). A unit normal rounded in each component puts the speed after wrong by up to about 2ε, and by the same
+/// amount each time if it is a wall's. More is never rounding of this impact alone; the rest waits, carried, for the next.
+pub const ENERGY_FEEDBACK: f64 = 4.0 * f64::EPSILON;
+
+/// Impacts that lose energy accumulate when one body has [`COLLAPSE_IMPACTS`] of them within this fraction of the clock's
+/// span (pure number). A span is some 64 times the time in which the fastest ball crosses its radius, so this is 4e-9 of
+/// that time; and it is half a million times the resolution of the clock, below which bounces can get no shorter.
+pub const COLLAPSE_WINDOW: f64 = 1.0 / (1u64 << 34) as f64;
+
+/// See [`COLLAPSE_WINDOW`] (a count). A touching row of dozens of balls settles in fewer; a collapse has no last impact.
+pub const COLLAPSE_IMPACTS: u32 = 10_000;
+
+/// Cells are wider than the largest ball by this fraction (pure number), so that rounding of a cell's bounds cannot let
+/// two balls touch across a whole cell.
+pub const CELL_MARGIN: f64 = 1.0 / (1u64 << 20) as f64;
+
+/// A touching pair rests when the speed v_AB·n is within this fraction of the two speeds (pure number: 4ε): it is then what
+/// rounding of the velocities and of the normal leaves of zero. It names a contact for those who ask, tells an impact law
+/// with e = 0 that the pair already is where the law wants it, and tells a collapse from an impact.
+pub const RESTING: f64 = 4.0 * f64::EPSILON;
+
+/// A unit vector or quaternion given from outside may differ from length 1 by this much (pure number, about 2e-12): what
+/// twelve written digits leave.
+pub const UNIT_LENGTH: f64 = 1.0 / (1u64 << 39) as f64;
+
+/// Balls placed by growing are grown beyond their size by this fraction (pure number), so that rounding leaves none of
+/// them overlapping.
+pub const GROWN: f64 = 1.0 / (1u64 << 36) as f64;

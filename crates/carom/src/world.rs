@@ -1,0 +1,330 @@
+//! What is true now: the balls, each with its own clock, the planes, the domain and the materials.
+
+pub mod cells;
+
+use glam::DVec3;
+
+use crate::flight::Flight;
+use crate::time::{Clock, Time};
+
+/// How space ends along one axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Boundary {
+    /// It does not.
+    Open,
+    /// Two walls, at ± half the size.
+    Walls,
+    /// What leaves at one side comes in at the other.
+    Periodic,
+}
+
+/// The region of a scene, centred on the origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Domain {
+    /// One kind an axis.
+    pub boundary: [Boundary; 3],
+    /// Edge lengths (m); without meaning along open axes.
+    pub size: DVec3,
+}
+
+impl Domain {
+    /// Space without an end.
+    pub const OPEN: Self = Self { boundary: [Boundary::Open; 3], size: DVec3::ZERO };
+
+    /// Edge length along periodic axes, 0 along the others.
+    pub fn periods(&self) -> DVec3 {
+        let period = |axis: usize| if self.boundary[axis] == Boundary::Periodic { self.size[axis] } else { 0.0 };
+        DVec3::new(period(0), period(1), period(2))
+    }
+
+    /// Whether any axis is periodic (angular momentum then has no meaning).
+    pub fn is_periodic(&self) -> bool {
+        self.boundary.contains(&Boundary::Periodic)
+    }
+}
+
+/// A plane: the points with normal·x = offset at the start, moving at a constant velocity. Its mass is infinite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane {
+    /// Identity: as a body's; walls of the domain have -1 … -6 (x low, x high, y low, …).
+    pub id: i64,
+    /// Unit vector to the free side.
+    pub normal: DVec3,
+    /// Distance of the plane from the origin along `normal` at `start` (m).
+    pub offset: f64,
+    /// Velocity (m/s).
+    pub velocity: DVec3,
+    /// When `offset` was true.
+    pub start: Time,
+    /// Index of its material.
+    pub material: u32,
+}
+
+impl Plane {
+    /// Distance of the plane from the origin along its normal (m).
+    #[inline(always)]
+    pub fn offset_at(&self, time: Time) -> f64 {
+        self.offset + self.velocity.dot(self.normal) * time.since(self.start)
+    }
+}
+
+/// Spin of balls: a smooth impact neither changes it nor asks for it, so each ball turns at a constant rate for ever.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spin {
+    /// Unit quaternions (w, x, y, z), body to world, at the start.
+    pub orientation: Vec<[f64; 4]>,
+    /// World axes (rad/s).
+    pub angular_velocity: Vec<DVec3>,
+    /// Moment of inertia about the centre (kg m²).
+    pub inertia: Vec<f64>,
+    /// When `orientation` was true.
+    pub start: Time,
+}
+
+/// Restitution by pair of materials.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RestitutionTable {
+    materials: usize,
+    values: Vec<f64>,
+}
+
+impl RestitutionTable {
+    /// The same `restitution` for every pair of so many materials.
+    pub fn uniform(materials: usize, restitution: f64) -> Self {
+        Self { materials, values: vec![restitution; materials * materials] }
+    }
+
+    /// Sets the pair's coefficient, both ways round.
+    pub fn set(&mut self, a: usize, b: usize, restitution: f64) {
+        self.values[a * self.materials + b] = restitution;
+        self.values[b * self.materials + a] = restitution;
+    }
+
+    /// The pair's coefficient of restitution.
+    #[inline(always)]
+    pub fn of(&self, a: u32, b: u32) -> f64 {
+        self.values[a as usize * self.materials + b as usize]
+    }
+
+    /// Whether any pair loses energy.
+    pub fn is_lossy(&self) -> bool {
+        self.values.iter().any(|&e| e < 1.0)
+    }
+}
+
+/// Whom a ball meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Partner(u32);
+
+impl Partner {
+    const PLANE: u32 = 1 << 31;
+    /// Nobody.
+    pub const NONE: Self = Self(u32::MAX);
+
+    /// The ball in this row.
+    #[inline(always)]
+    pub fn ball(row: u32) -> Self {
+        Self(row)
+    }
+
+    /// The plane in this row.
+    #[inline(always)]
+    pub fn plane(row: u32) -> Self {
+        Self(row | Self::PLANE)
+    }
+
+    /// The row among the planes, if it is a plane.
+    #[inline(always)]
+    pub fn as_plane(self) -> Option<usize> {
+        (self.0 & Self::PLANE != 0 && self != Self::NONE).then_some((self.0 & !Self::PLANE) as usize)
+    }
+
+    /// The row among the balls, if it is a ball.
+    #[inline(always)]
+    pub fn as_ball(self) -> Option<usize> {
+        (self.0 & Self::PLANE == 0).then_some(self.0 as usize)
+    }
+
+    /// As a number, for checkpoints.
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// From a number, for checkpoints.
+    pub fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+}
+
+/// What an impact reads and writes of a ball beside its flight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// Mass (kg); infinite for fixed balls.
+    pub mass: f64,
+    /// Energy carried from impact to impact (J): kinetic and in gravity. It is changed by work and loss only, never
+    /// recomputed from the velocity while impacts are elastic, so that rounding cannot add up.
+    pub energy: f64,
+    /// Index of the material.
+    pub material: u32,
+    /// Partner of the last impact.
+    pub last_partner: Partner,
+    /// Impacts so far: tells whether a prediction still holds.
+    pub impacts: u32,
+}
+
+/// All balls and planes, sorted by id, so that rows do not depend on the order of insertion.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// Seconds become instants by this clock.
+    pub clock: Clock,
+    /// When the run started.
+    pub start: Time,
+    /// 2: z is held at zero; 3.
+    pub dimensions: u8,
+    /// Acceleration of every free ball (m/s²).
+    pub gravity: DVec3,
+    /// The region.
+    pub domain: Domain,
+    /// Restitution by material.
+    pub restitution: RestitutionTable,
+    /// Identities of the balls, ascending.
+    pub ids: Vec<i64>,
+    /// Their flights.
+    pub flights: Vec<Flight>,
+    /// Their radii (m).
+    pub radii: Vec<f64>,
+    /// What else an impact needs.
+    pub bodies: Vec<Body>,
+    /// Periodic images: how many sizes the ball has travelled beyond its stored position. Empty without periodic axes.
+    pub images: Vec<[i32; 3]>,
+    /// Planes and walls, ascending by id.
+    pub planes: Vec<Plane>,
+    /// Spin, if any ball has one or is turned.
+    pub spin: Option<Spin>,
+    /// While balls are placed: all radii grow.
+    pub growth: Option<Growth>,
+}
+
+/// Radii that grow in time: radius × (initial + rate × (t - start)).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Growth {
+    /// Factor on the stored radii at the start.
+    pub initial: f64,
+    /// Growth of the factor (1/s).
+    pub rate: f64,
+    /// When it began.
+    pub start: Time,
+}
+
+impl Growth {
+    /// Factor on the stored radii.
+    #[inline(always)]
+    pub fn factor(&self, time: Time) -> f64 {
+        self.initial + self.rate * time.since(self.start)
+    }
+}
+
+impl World {
+    /// How many balls there are.
+    pub fn len(&self) -> usize {
+        self.flights.len()
+    }
+
+    /// Whether there are no balls.
+    pub fn is_empty(&self) -> bool {
+        self.flights.is_empty()
+    }
+
+    /// Whether the ball's motion is prescribed.
+    #[inline(always)]
+    pub fn is_fixed(&self, ball: usize) -> bool {
+        self.bodies[ball].mass == f64::INFINITY
+    }
+
+    /// A ball's acceleration (m/s²).
+    #[inline(always)]
+    pub fn acceleration(&self, ball: usize) -> DVec3 {
+        // Most scenes have no gravity: no need to look the mass up.
+        if self.gravity == DVec3::ZERO || self.is_fixed(ball) { DVec3::ZERO } else { self.gravity }
+    }
+
+    /// A ball's centre (m) at `time`, not wrapped.
+    pub fn position(&self, ball: usize, time: Time) -> DVec3 {
+        let flight = &self.flights[ball];
+        flight.position_after(time.since(flight.start), self.acceleration(ball))
+    }
+
+    /// A ball's velocity (m/s) at `time`.
+    pub fn velocity(&self, ball: usize, time: Time) -> DVec3 {
+        let flight = &self.flights[ball];
+        flight.velocity_after(time.since(flight.start), self.acceleration(ball))
+    }
+
+    /// A ball's radius (m) at `time`.
+    #[inline(always)]
+    pub fn radius(&self, ball: usize, time: Time) -> f64 {
+        match &self.growth {
+            None => self.radii[ball],
+            Some(growth) => self.radii[ball] * growth.factor(time),
+        }
+    }
+
+    /// A free ball's potential energy (J) at a `position` of its present image: -m g·x.
+    pub fn potential_energy(&self, ball: usize, position: DVec3) -> f64 {
+        if self.gravity == DVec3::ZERO || self.is_fixed(ball) {
+            return 0.0;
+        }
+        -self.bodies[ball].mass * self.gravity.dot(self.unwrapped(ball, position))
+    }
+
+    /// A ball's orientation (w, x, y, z), body to world, at `time`: the start's, turned at the constant rate of a smooth
+    /// ball, exp(ω t / 2) q.
+    pub fn orientation(&self, ball: usize, time: Time) -> [f64; 4] {
+        let Some(spin) = &self.spin else { return [1.0, 0.0, 0.0, 0.0] };
+        let [w, x, y, z] = spin.orientation[ball];
+        let rate = spin.angular_velocity[ball];
+        let speed = rate.length();
+        if speed == 0.0 {
+            return [w, x, y, z];
+        }
+        let (sine, cosine) = libm::sincos(0.5 * speed * time.since(spin.start));
+        let turn = rate * (sine / speed);
+        let part = DVec3::new(x, y, z);
+        let vector = part * cosine + turn * w + turn.cross(part);
+        [cosine * w - turn.dot(part), vector.x, vector.y, vector.z]
+    }
+
+    /// A ball's angular velocity (rad/s, world axes): constant.
+    pub fn angular_velocity(&self, ball: usize) -> DVec3 {
+        self.spin.as_ref().map_or(DVec3::ZERO, |spin| spin.angular_velocity[ball])
+    }
+
+    /// Where a ball is (m) at `time` within the periodic box, and how many sizes of the box it has left behind.
+    pub fn wrapped(&self, ball: usize, time: Time) -> (DVec3, [i64; 3]) {
+        let mut position = self.position(ball, time);
+        let mut images = self.images.get(ball).map_or([0; 3], |image| image.map(i64::from));
+        let periods = self.domain.periods();
+        for axis in 0..3 {
+            if periods[axis] > 0.0 {
+                let passed = (position[axis] / periods[axis]).round();
+                position[axis] -= passed * periods[axis];
+                images[axis] += passed as i64;
+            }
+        }
+        (position, images)
+    }
+
+    /// A free ball's energy (J) right after its last impact: kinetic and in gravity.
+    pub fn energy(&self, ball: usize) -> f64 {
+        let flight = &self.flights[ball];
+        0.5 * self.bodies[ball].mass * flight.velocity.length_squared() + self.potential_energy(ball, flight.position)
+    }
+
+    /// A position (m) as if the ball had never been put back into the box.
+    pub fn unwrapped(&self, ball: usize, position: DVec3) -> DVec3 {
+        match self.images.get(ball) {
+            None => position,
+            Some(image) => position + DVec3::from_array(image.map(f64::from)) * self.domain.size,
+        }
+    }
+}

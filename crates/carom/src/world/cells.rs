@@ -1,0 +1,438 @@
+//! Who can meet whom before either leaves its cell: nested grids, one level for each class of sizes.
+//!
+//! Level k has cells half as wide as level k - 1, and a ball lives in the finest level whose cells are wider than the ball.
+//! A ball that is predicted looks at the cells beside its own on its own and every coarser level, and on every finer
+//! level at the shell of cells that its surface can reach before it leaves its cell of that level. Each ball crosses the
+//! cells of the finest level, and looks again when it does. So two balls are always predicted from each other before they
+//! can touch, whatever their sizes.
+//!
+//! Rows of cells close on themselves. Where space does not, distant balls may share a cell: they are predicted in vain,
+//! never missed.
+
+use glam::DVec3;
+
+use super::{Boundary, Domain};
+use crate::tolerance::CELL_MARGIN;
+
+const NOBODY: u32 = u32::MAX;
+/// Cells at most for each ball: more of them are emptier, and crossed more often.
+const CELLS_PER_BALL: usize = 2;
+/// So few balls need no cells where space is not periodic.
+const FEW: usize = 32;
+const FEWEST_CELLS: usize = 64;
+/// Radii 1 : 2^20 is beyond what a run can serve.
+const FINEST_LEVEL: u32 = 20;
+
+/// One level of the grid.
+#[derive(Clone, Debug)]
+struct Level {
+    /// Finest coordinate >> shift = coordinate here.
+    shift: u32,
+    count: [i32; 3],
+    width: DVec3,
+    first: Vec<u32>,
+    largest_radius: f64,
+    smallest_radius: f64,
+}
+
+/// Where a ball lives.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    /// Cell on the finest level, counted on through periodic images since the ball's last impact.
+    coordinate: [i32; 3],
+    level: u32,
+    cell: u32,
+}
+
+/// A passage from one cell of the finest level into the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Face {
+    /// 0, 1, 2.
+    pub axis: u8,
+    /// Towards larger coordinates.
+    pub upward: bool,
+}
+
+/// The nested grids and who is in which cell.
+#[derive(Clone, Debug)]
+pub struct Cells {
+    origin: DVec3,
+    width: DVec3,
+    crossed: [bool; 3],
+    periodic_count: [i32; 3],
+    nearest_image_reach: f64,
+    levels: Vec<Level>,
+    places: Vec<Place>,
+    next: Vec<u32>,
+    previous: Vec<u32>,
+}
+
+impl Cells {
+    /// Grids for balls with these radii (m), empty. `low` and `high` (m) bound the centres where space is open.
+    pub fn new(domain: &Domain, radii: &[f64], low: DVec3, high: DVec3) -> Self {
+        let largest = radii.iter().copied().fold(0.0, f64::max);
+        let smallest = radii.iter().copied().fold(f64::INFINITY, f64::min);
+        let widest = 2.0 * largest * (1.0 + CELL_MARGIN);
+        let mut origin = DVec3::ZERO;
+        let mut extent = DVec3::ZERO;
+        for axis in 0..3 {
+            if domain.boundary[axis] == Boundary::Open {
+                origin[axis] = low[axis] - largest;
+                extent[axis] = high[axis] - low[axis] + 2.0 * largest;
+            } else {
+                origin[axis] = -0.5 * domain.size[axis];
+                extent[axis] = domain.size[axis];
+            }
+        }
+        // Along these axes all balls share one row, and nothing is crossed.
+        let single: [bool; 3] = std::array::from_fn(|axis| {
+            let open = domain.boundary[axis] == Boundary::Open;
+            let periodic = domain.boundary[axis] == Boundary::Periodic;
+            !periodic && (radii.len() <= FEW || (open && high[axis] <= low[axis]))
+        });
+        let mut base = base_count(extent, widest, radii.len(), &single);
+        let (level_of, finest) = levels_of(radii, &base, extent, smallest, &single);
+        let mut crossed = [false; 3];
+        for axis in 0..3 {
+            let periodic = domain.boundary[axis] == Boundary::Periodic;
+            // In a row of three cells, all are neighbours.
+            crossed[axis] = periodic || (!single[axis] && base[axis] << finest > 3);
+            if !crossed[axis] {
+                base[axis] = 1;
+            }
+        }
+        let count_at = |level: u32| -> [i32; 3] {
+            std::array::from_fn(|axis| if crossed[axis] { base[axis] << level } else { 1 })
+        };
+        let fine = count_at(finest);
+        let mut levels: Vec<Level> = Vec::new();
+        let mut level_row = vec![0u32; finest as usize + 1];
+        for level in 0..=finest {
+            let mut members = radii.iter().zip(&level_of).filter(|(_, l)| **l == level).map(|(r, _)| *r).peekable();
+            if members.peek().is_none() {
+                continue;
+            }
+            let (least, most) = members.fold((f64::INFINITY, 0.0_f64), |(least, most), r| (least.min(r), most.max(r)));
+            let count = count_at(level);
+            level_row[level as usize] = levels.len() as u32;
+            levels.push(Level {
+                shift: finest - level,
+                count,
+                width: extent / DVec3::from_array(count.map(f64::from)),
+                first: vec![NOBODY; count.iter().map(|&n| n as usize).product()],
+                largest_radius: most,
+                smallest_radius: least,
+            });
+        }
+        let periodic_count =
+            std::array::from_fn(|axis| if domain.boundary[axis] == Boundary::Periodic { fine[axis] } else { 0 });
+        let places = level_of
+            .iter()
+            .map(|&level| Place { coordinate: [0; 3], level: level_row[level as usize], cell: NOBODY })
+            .collect();
+        Self {
+            origin,
+            width: extent / DVec3::from_array(fine.map(f64::from)),
+            crossed,
+            periodic_count,
+            nearest_image_reach: (0..3)
+                .filter(|&axis| domain.boundary[axis] == Boundary::Periodic && base[axis] < 4)
+                .map(|axis| domain.size[axis] * (0.5 - 2.0 / f64::from(fine[axis])))
+                .fold(f64::INFINITY, f64::min),
+            levels,
+            places,
+            next: vec![NOBODY; radii.len()],
+            previous: vec![NOBODY; radii.len()],
+        }
+    }
+
+    /// Contact distance (m) up to which two balls can only meet through their nearest images before either leaves its
+    /// cell. With four cells or more along each axis neighbours are less than half the box apart; with fewer, each may
+    /// still fly one cell of the finest level.
+    pub fn nearest_image_reach(&self) -> f64 {
+        self.nearest_image_reach
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.places.len() * (size_of::<Place>() + 8) + self.levels.iter().map(|l| l.first.len() * 4).sum::<usize>()
+    }
+
+    /// Puts a ball at `position` (m) into its cell.
+    pub fn insert(&mut self, ball: usize, position: DVec3) {
+        self.places[ball].coordinate = self.coordinate_at(position);
+        let cell = self.cell_of(ball);
+        self.link(ball, cell);
+    }
+
+    fn coordinate_at(&self, position: DVec3) -> [i32; 3] {
+        let relative = (position - self.origin) / self.width;
+        std::array::from_fn(|axis| if self.crossed[axis] { relative[axis].floor() as i32 } else { 0 })
+    }
+
+    /// Lets the coordinates follow a ball that was put back into the box by `images` sizes.
+    pub fn wrap(&mut self, ball: usize, images: [i32; 3]) {
+        let coordinate = &mut self.places[ball].coordinate;
+        for axis in 0..3 {
+            coordinate[axis] -= images[axis] * self.periodic_count[axis];
+        }
+    }
+
+    /// Moves a ball through a face of its cell.
+    pub fn cross(&mut self, ball: usize, face: Face) {
+        let step = if face.upward { 1 } else { -1 };
+        let place = &mut self.places[ball];
+        // Far out in open space the row of cells has closed on itself long ago; so may its numbers.
+        place.coordinate[face.axis as usize] = place.coordinate[face.axis as usize].wrapping_add(step);
+        let cell = self.cell_of(ball);
+        if cell != self.places[ball].cell {
+            self.unlink(ball);
+            self.link(ball, cell);
+        }
+    }
+
+    /// The bounds (m) of a ball's cell along an axis, where it has any.
+    #[inline(always)]
+    pub fn bounds(&self, ball: usize, axis: usize) -> Option<(f64, f64)> {
+        if !self.crossed[axis] {
+            return None;
+        }
+        let coordinate = f64::from(self.places[ball].coordinate[axis]);
+        let low = self.origin[axis] + coordinate * self.width[axis];
+        Some((low, self.origin[axis] + (coordinate + 1.0) * self.width[axis]))
+    }
+
+    fn cell_of(&self, ball: usize) -> u32 {
+        let place = &self.places[ball];
+        let level = &self.levels[place.level as usize];
+        level.index(std::array::from_fn(|axis| (place.coordinate[axis] >> level.shift).rem_euclid(level.count[axis])))
+    }
+
+    fn link(&mut self, ball: usize, cell: u32) {
+        let first = &mut self.levels[self.places[ball].level as usize].first[cell as usize];
+        self.next[ball] = *first;
+        self.previous[ball] = NOBODY;
+        if *first != NOBODY {
+            self.previous[*first as usize] = ball as u32;
+        }
+        *first = ball as u32;
+        self.places[ball].cell = cell;
+    }
+
+    fn unlink(&mut self, ball: usize) {
+        let (next, previous) = (self.next[ball], self.previous[ball]);
+        if previous == NOBODY {
+            let place = &self.places[ball];
+            self.levels[place.level as usize].first[place.cell as usize] = next;
+        } else {
+            self.next[previous as usize] = next;
+        }
+        if next != NOBODY {
+            self.previous[next as usize] = previous;
+        }
+    }
+
+    /// Calls `visit` with every ball that `ball`, of `radius` (m), can meet before either leaves its cell.
+    #[inline(always)]
+    pub fn near(&self, ball: usize, radius: f64, visit: impl FnMut(usize)) {
+        self.near_place(self.places[ball], radius, ball, visit);
+    }
+
+    /// As [`Cells::near`], were the ball at `position` (m).
+    pub fn near_point(&self, ball: usize, position: DVec3, radius: f64, visit: impl FnMut(usize)) {
+        let place = Place { coordinate: self.coordinate_at(position), ..self.places[ball] };
+        self.near_place(place, radius, ball, visit);
+    }
+
+    #[inline(always)]
+    fn near_place(&self, place: Place, radius: f64, ball: usize, mut visit: impl FnMut(usize)) {
+        for (row, level) in self.levels.iter().enumerate() {
+            let coordinate: [i32; 3] =
+                std::array::from_fn(|axis| (place.coordinate[axis] >> level.shift).rem_euclid(level.count[axis]));
+            if row as u32 <= place.level {
+                self.beside(level, coordinate, ball, &mut visit);
+            } else {
+                self.shell(level, coordinate, radius, ball, &mut visit);
+            }
+        }
+    }
+
+    /// As [`Cells::near`], after a passage through `face`: only what the cells behind it hold, if that is enough.
+    #[inline(always)]
+    pub fn near_after_crossing(&self, ball: usize, radius: f64, face: Face, mut visit: impl FnMut(usize)) {
+        let place = self.places[ball];
+        let axis = face.axis as usize;
+        let level = &self.levels[0];
+        if self.levels.len() > 1 || level.count[axis] < 4 {
+            return self.near(ball, radius, visit);
+        }
+        let coordinate: [i32; 3] = std::array::from_fn(|axis| place.coordinate[axis].rem_euclid(level.count[axis]));
+        let mut ranges: [([i32; 3], usize); 3] =
+            std::array::from_fn(|axis| neighbours(coordinate[axis], level.count[axis]));
+        let ahead = if face.upward { ranges[axis].0[2] } else { ranges[axis].0[0] };
+        ranges[axis] = ([ahead; 3], 1);
+        self.visit_block(level, &ranges, ball, &mut visit);
+    }
+
+    #[inline(always)]
+    fn beside(&self, level: &Level, coordinate: [i32; 3], ball: usize, visit: &mut impl FnMut(usize)) {
+        let ranges: [([i32; 3], usize); 3] =
+            std::array::from_fn(|axis| neighbours(coordinate[axis], level.count[axis]));
+        self.visit_block(level, &ranges, ball, visit);
+    }
+
+    #[inline(always)]
+    fn visit_block(&self, level: &Level, ranges: &[([i32; 3], usize); 3], ball: usize, visit: &mut impl FnMut(usize)) {
+        for &z in &ranges[2].0[..ranges[2].1] {
+            for &y in &ranges[1].0[..ranges[1].1] {
+                for &x in &ranges[0].0[..ranges[0].1] {
+                    self.visit_cell(level, [x, y, z], ball, visit);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn visit_cell(&self, level: &Level, coordinate: [i32; 3], ball: usize, visit: &mut impl FnMut(usize)) {
+        let mut other = level.first[level.index(coordinate) as usize];
+        while other != NOBODY {
+            if other as usize != ball {
+                visit(other as usize);
+            }
+            other = self.next[other as usize];
+        }
+    }
+
+    /// The cells of a finer level in which a ball can touch this one before either leaves its cell: those that the surface
+    /// reaches from anywhere in the ball's own cell of that level.
+    fn shell(&self, level: &Level, coordinate: [i32; 3], radius: f64, ball: usize, visit: &mut impl FnMut(usize)) {
+        let reach = (radius + level.largest_radius) * (1.0 + CELL_MARGIN);
+        // Centres cannot come nearer than this.
+        let least = (radius + level.smallest_radius) * (1.0 - CELL_MARGIN);
+        let rows: [Row; 3] = std::array::from_fn(|axis| Row::new(reach, level.width[axis], level.count[axis]));
+        let at = |axis: usize, step: i32| (coordinate[axis] + step).rem_euclid(level.count[axis]);
+        for z in rows[2].steps() {
+            let (near_z, far_z) = rows[2].distances(z);
+            for y in rows[1].steps() {
+                let (near_y, far_y) = rows[1].distances(y);
+                let reach_left = reach * reach - (near_z * near_z + near_y * near_y);
+                if reach_left < 0.0 {
+                    continue;
+                }
+                let least_left = least * least - (far_z * far_z + far_y * far_y);
+                let (inner, outer) = rows[0].between(least_left.max(0.0).sqrt(), reach_left.sqrt());
+                for x in inner..=outer {
+                    self.visit_cell(level, [at(0, x), at(1, y), at(2, z)], ball, visit);
+                    if x > 0 && !rows[0].whole {
+                        self.visit_cell(level, [at(0, -x), at(1, y), at(2, z)], ball, visit);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The cells of one axis that a shell can touch, as steps from the ball's own cell.
+struct Row {
+    width: f64,
+    reached: i32,
+    /// The shell reaches all round the closed row: every cell is taken, at any distance.
+    whole: bool,
+}
+
+impl Row {
+    fn new(reach: f64, width: f64, count: i32) -> Self {
+        let reached = (reach / width).floor() as i32 + 1;
+        let whole = 2 * reached + 1 > count;
+        Self { width, reached: if whole { count - 1 } else { reached }, whole }
+    }
+
+    fn steps(&self) -> std::ops::RangeInclusive<i32> {
+        if self.whole { 0..=self.reached } else { -self.reached..=self.reached }
+    }
+
+    /// Least and greatest distance (m) along the axis between points of two cells `step` apart.
+    fn distances(&self, step: i32) -> (f64, f64) {
+        if self.whole {
+            return (0.0, f64::INFINITY);
+        }
+        let cells = f64::from(step.abs());
+        ((cells - 1.0).max(0.0) * self.width, (cells + 1.0) * self.width)
+    }
+
+    /// The steps (of either sign) whose cells hold points between two distances (m) along the axis.
+    fn between(&self, least: f64, most: f64) -> (i32, i32) {
+        if self.whole {
+            return (0, self.reached);
+        }
+        let inner = ((least / self.width).floor() as i32 - 1).max(0);
+        (inner, ((most / self.width).floor() as i32 + 1).min(self.reached))
+    }
+}
+
+impl Level {
+    #[inline(always)]
+    fn index(&self, coordinate: [i32; 3]) -> u32 {
+        ((coordinate[2] * self.count[1] + coordinate[1]) * self.count[0] + coordinate[0]) as u32
+    }
+}
+
+/// The distinct cells at and beside `coordinate` in a closed row: [one lower, itself, one higher] where there are three.
+#[inline(always)]
+fn neighbours(coordinate: i32, count: i32) -> ([i32; 3], usize) {
+    match count {
+        1 => ([0; 3], 1),
+        2 => ([0, 1, 0], 2),
+        _ => {
+            let low = if coordinate == 0 { count - 1 } else { coordinate - 1 };
+            let high = if coordinate == count - 1 { 0 } else { coordinate + 1 };
+            ([low, coordinate, high], 3)
+        }
+    }
+}
+
+/// Cells of the coarsest level along each axis: as many as are wider than the largest ball, but not many more than balls.
+fn base_count(extent: DVec3, widest: f64, balls: usize, single: &[bool; 3]) -> [i32; 3] {
+    let most = (balls * CELLS_PER_BALL).max(FEWEST_CELLS);
+    let mut width = widest;
+    loop {
+        // One axis alone never needs more cells than all axes may have together.
+        let count: [i32; 3] = std::array::from_fn(|axis| {
+            if single[axis] { 1 } else { (extent[axis] / width).floor().clamp(1.0, most as f64) as i32 }
+        });
+        if count.iter().map(|&n| n as usize).product::<usize>() <= most {
+            return count;
+        }
+        width *= 1.0625;
+    }
+}
+
+/// The level of each ball, and the finest level in use.
+fn levels_of(radii: &[f64], base: &[i32; 3], extent: DVec3, smallest: f64, single: &[bool; 3]) -> (Vec<u32>, u32) {
+    let axes = || (0..3).filter(|&axis| !single[axis]);
+    let narrowest = axes().map(|axis| extent[axis] / f64::from(base[axis])).fold(f64::INFINITY, f64::min);
+    let level_for = |radius: f64| -> u32 {
+        let mut level = 0;
+        let mut width = 0.5 * narrowest;
+        while narrowest.is_finite() && width > 2.0 * radius * (1.0 + CELL_MARGIN) && level < FINEST_LEVEL {
+            level += 1;
+            width *= 0.5;
+        }
+        level
+    };
+    let mut finest = level_for(smallest);
+    let mut level_of: Vec<u32> = radii.iter().map(|&r| level_for(r)).collect();
+    // A few small balls in a wide space share larger cells.
+    while finest > 0 {
+        let members = level_of.iter().filter(|&&level| level >= finest).count();
+        let cells: f64 = axes().map(|axis| f64::from(base[axis]) * f64::from(1u32 << finest)).product();
+        if cells <= (4 * members * CELLS_PER_BALL).max(FEWEST_CELLS) as f64 {
+            break;
+        }
+        finest -= 1;
+        for level in &mut level_of {
+            *level = (*level).min(finest);
+        }
+    }
+    (level_of, finest)
+}

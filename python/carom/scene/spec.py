@@ -1,0 +1,295 @@
+"""From checked fields to what the simulator takes; and back, from an id to its place in the scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.errors import ABSENT
+from carom.imports import Imported
+from carom.scene.check import axis_kinds, ball_mass
+from carom.scene.fill import fill_count
+from carom.scene.model import LARGEST_COUNT, BallShape, Body, Domain, Fill, PlaneShape, SceneFields
+from carom.scene.problems import Findings
+from carom.scene.problems import Path as FieldPath
+
+Floats = NDArray[np.float64]
+
+WALLS: Final = ("low x", "high x", "low y", "high y", "low z", "high z")
+"""Where the walls of the domain are; their ids are -1, -2, ..."""
+
+
+class Roster:
+    """The ids of all bodies: first those of [[body]], then those of the fills, then those of the imports.
+
+    A body that has no ``id`` has its place in that order, which within each is that of the file.
+    """
+
+    def __init__(self, fields: SceneFields, imported: Sequence[Imported]) -> None:
+        self._fields, self._imported = fields, imported
+        self.imported_domain = _domain_of_import(imported)
+        domain = fields.domain or self.imported_domain
+        self.body_ids = [place if body.id is None else body.id for place, body in enumerate(fields.bodies)]
+        self.fill_ids, self.import_ids = list[range](), list[NDArray[np.int64]]()
+        count = len(fields.bodies)
+        for fill in fields.fills:
+            size = fill_count(fill, domain, fields.dimensions)
+            self.fill_ids.append(range(count, count + size))
+            count += size
+        for balls in imported:
+            size = len(balls.radius)
+            self.import_ids.append(np.arange(count, count + size) if balls.id is None else balls.id)
+            count += size
+        self.count = count
+
+    def check(self, findings: Findings) -> None:
+        """Note ids that two bodies have (those of [[body]] among themselves are checked before)."""
+        if self.count > LARGEST_COUNT:
+            findings.add((), f"there are {self.count} bodies; {LARGEST_COUNT} at most can be simulated")
+            return
+        owners = {number: f"body[{place}]" for place, number in enumerate(self.body_ids)}
+        for place, ids in enumerate(self.fill_ids):
+            clash = next((number for number in self.body_ids if number in ids), None)
+            if clash is not None:
+                body = self.body_ids.index(clash)
+                reason = f"fill[{place}] has the ids {ids.start} to {ids.stop - 1}, its places in the order of the file"
+                findings.add(("body", body, "id"), reason, clash)
+        for place, ids in enumerate(self.import_ids):
+            clashes = [number for number in owners if (ids == number).any()] if len(owners) else []
+            for number in clashes[:1]:
+                reason = f"{owners[number]} and row {int(np.argmax(ids == number))} have the id {number} both"
+                findings.add(("import", place, "columns", "id"), reason)
+            for other, taken in enumerate(self.fill_ids):
+                inside = (ids >= taken.start) & (ids < taken.stop)
+                if inside.any():
+                    number = int(ids[np.argmax(inside)])
+                    reason = f"fill[{other}] and row {int(np.argmax(inside))} have the id {number} both"
+                    findings.add(("import", place, "columns", "id"), reason)
+            for other in range(place):
+                shared = np.intersect1d(ids, self.import_ids[other])
+                if len(shared):
+                    reason = f"import[{other}] has the id {int(shared[0])} too"
+                    findings.add(("import", place, "columns", "id"), reason)
+
+    def blame(self, problem: Mapping[str, Any], findings: Findings) -> None:
+        """Note a problem that the core found: with the place in the scene of the body that it concerns."""
+        number, name = problem.get("id"), str(problem.get("field") or "")
+        reason = self._named(str(problem["reason"]), problem.get("other"))
+        match problem.get("what"):
+            case "ball" | "plane" if number is not None and number >= 0:
+                self._blame_body(number, name, reason + self._shrinkable(problem.get("depth")), findings)
+            case "fill" if number is not None:
+                findings.add(("fill", number, name) if name else ("fill", number), reason)
+            case "domain":
+                findings.add(("domain", name) if name else ("domain",), reason)
+            case _:
+                findings.add((name,) if name else (), reason)
+
+    def _named(self, reason: str, other: int | None) -> str:
+        """The reason with the other body's name in it, if it has one; a wall of the domain is named by its place."""
+        if other is None:
+            return reason
+        if other < 0:
+            return reason.replace(f"wall {other}", f"the wall at {WALLS[-other - 1]} (wall {other})")
+        name = self._fields.bodies[self.body_ids.index(other)].name if other in self.body_ids else None
+        for kind in ("ball", "plane") if name is not None else ():
+            reason = reason.replace(f"{kind} {other}", f'{kind} {other} "{name}"')
+        return reason
+
+    def _blame_body(self, number: int, name: str, reason: str, findings: Findings) -> None:
+        if number in self.body_ids:
+            place = self.body_ids.index(number)
+            findings.add(("body", place, *_body_field(name, self._fields.bodies[place])), reason, again=True)
+            return
+        for place, ids in enumerate(self.fill_ids):
+            if number in ids:
+                findings.add(("fill", place), f"its ball {number} {reason}", ABSENT, again=True)
+                return
+        for place, (ids, balls) in enumerate(zip(self.import_ids, self._imported, strict=True)):
+            rows = np.flatnonzero(ids == number)
+            if len(rows):
+                row = int(rows[0])
+                file, line = self._fields.imports[place].file, balls.source.line(row)
+                where = f"row {row} of {file}" if line is None else f"line {line} of {file}"
+                value = getattr(balls, name)[row].tolist() if hasattr(balls, name) else ABSENT
+                findings.add(("import", place, name), f"ball {number} ({where}) {reason}", value, again=True)
+                return
+
+    def _shrinkable(self, depth: float | None) -> str:
+        """What can be done about an overlap that is no deeper than the rounding of an imported file."""
+        for item, balls in zip(self._fields.imports, self._imported, strict=True):
+            if depth is not None and not item.shrink and depth <= balls.depth:
+                return f"; the rounding of {item.file} explains that: shrink = true in its [[import]] shrinks it away"
+        return ""
+
+
+def _body_field(name: str, body: Body) -> FieldPath:
+    if not name:
+        return ()
+    return ("shape", name) if name in type(body.shape).model_fields else (name,)
+
+
+def _domain_of_import(imported: Sequence[Imported]) -> Domain | None:
+    for balls in imported:
+        if balls.box is not None:
+            kinds = ["periodic" if wraps else "open" for wraps in balls.box.periodic]
+            return Domain.model_validate({"kind": kinds, "size": balls.box.size.tolist()})
+    return None
+
+
+def build_spec(fields: SceneFields, imported: Sequence[Imported], roster: Roster) -> dict[str, Any]:
+    """The scene as the simulator takes it; every vector has three components."""
+    domain = fields.domain or roster.imported_domain
+    materials = _Materials()
+    balls = [
+        (number, body)
+        for number, body in zip(roster.body_ids, fields.bodies, strict=True)
+        if isinstance(body.shape, BallShape)
+    ]
+    planes = [
+        (number, body)
+        for number, body in zip(roster.body_ids, fields.bodies, strict=True)
+        if isinstance(body.shape, PlaneShape)
+    ]
+    tables = [_ball_table([n for n, _ in balls], [b for _, b in balls], fields.dimensions == 2, materials)]
+    for item, ids, table in zip(fields.imports, roster.import_ids, imported, strict=True):
+        tables.append(_import_table(ids, table, materials.index(item.material), fields.dimensions == 2))
+    depths = [table.depth for item, table in zip(fields.imports, imported, strict=True) if item.shrink]
+    return {
+        "dimensions": fields.dimensions,
+        "gravity": _three(fields.gravity),
+        "seed": fields.seed,
+        "start_time": fields.time,
+        "duration": fields.duration,
+        "restitution": fields.restitution,
+        "domain": _domain(domain, fields.dimensions, materials),
+        "balls": {name: np.concatenate([table[name] for table in tables]) for name in tables[0]},
+        "planes": [_plane(number, body, materials) for number, body in planes],
+        "fills": [
+            _fill(fill, ids, materials, fields.dimensions)
+            for fill, ids in zip(fields.fills, roster.fill_ids, strict=True)
+        ],
+        "shrink_overlaps": max(depths, default=None),
+        "record_impacts": fields.output.impacts,
+        # Last: whatever is made of a material has been seen by now.
+        "pairs": [(*(materials.index(name) for name in pair.materials), pair.restitution) for pair in fields.pairs],
+        "materials": materials.names,
+    }
+
+
+class _Materials:
+    """Names of materials and their numbers; 0 is that of bodies without a material."""
+
+    def __init__(self) -> None:
+        self.names = [""]
+        self._numbers: dict[str | None, int] = {None: 0}
+
+    def index(self, name: str | None) -> int:
+        if name not in self._numbers:
+            self._numbers[name] = len(self.names)
+            self.names.append(name or "")
+        return self._numbers[name]
+
+
+def _three(vector: Sequence[float] | None) -> list[float]:
+    return [0.0, 0.0, 0.0] if vector is None else [float(x) for x in (*vector, 0.0)[:3]]
+
+
+def _ball_table(ids: list[int], bodies: list[Body], flat: bool, materials: _Materials) -> dict[str, NDArray[Any]]:
+    count = len(bodies)
+    radius = [body.shape.radius for body in bodies if isinstance(body.shape, BallShape)]
+    fixed = [bool(body.fixed) for body in bodies]
+    mass = [
+        math.inf if body.fixed else ball_mass(body.mass, body.density, r, flat)
+        for body, r in zip(bodies, radius, strict=True)
+    ]
+    inertia = [_inertia(body.inertia, m, r, flat) for body, m, r in zip(bodies, mass, radius, strict=True)]
+    identity = [1.0, 0.0, 0.0, 0.0]
+    return {
+        "id": np.array(ids, dtype=np.int64),
+        "position": _matrix([body.position for body in bodies]),
+        "velocity": _matrix([body.velocity for body in bodies]),
+        "radius": np.array(radius, dtype=float),
+        "mass": np.array(mass, dtype=float),
+        "inertia": np.array(inertia, dtype=float),
+        "material": np.array([materials.index(body.material) for body in bodies], dtype=np.int64),
+        "fixed": np.array(fixed, dtype=bool),
+        "orientation": np.array([body.orientation or identity for body in bodies], dtype=float).reshape(count, 4),
+        "angular_velocity": _matrix([body.angular_velocity for body in bodies]),
+    }
+
+
+def _matrix(vectors: Sequence[Sequence[float] | None]) -> Floats:
+    return np.array([_three(vector) for vector in vectors], dtype=float).reshape(len(vectors), 3)
+
+
+def _inertia(given: float | list[float] | None, mass: float, radius: float, flat: bool) -> float:
+    if given is not None:
+        return given[0] if isinstance(given, list) else given
+    return (0.5 if flat else 0.4) * mass * radius * radius
+
+
+def _import_table(ids: NDArray[np.int64], balls: Imported, material: int, flat: bool) -> dict[str, NDArray[Any]]:
+    count = len(ids)
+    return {
+        "id": ids.astype(np.int64),
+        "position": balls.position,
+        "velocity": balls.velocity,
+        "radius": balls.radius,
+        "mass": balls.mass,
+        "inertia": (0.5 if flat else 0.4) * balls.mass * balls.radius * balls.radius,
+        "material": np.full(count, material, dtype=np.int64),
+        "fixed": np.zeros(count, dtype=bool),
+        "orientation": np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
+        "angular_velocity": np.zeros((count, 3)),
+    }
+
+
+def _plane(number: int, body: Body, materials: _Materials) -> dict[str, Any]:
+    shape = body.shape
+    assert isinstance(shape, PlaneShape)
+    normal = _three(shape.normal)
+    length = math.hypot(*normal)
+    return {
+        "id": number,
+        # The offset is a distance along the unit normal, whatever the length of the normal given.
+        "normal": [x / length for x in normal],
+        "offset": shape.offset,
+        "velocity": _three(body.velocity),
+        "material": materials.index(body.material),
+    }
+
+
+def _domain(domain: Domain | None, dimensions: int, materials: _Materials) -> dict[str, Any]:
+    if domain is None:
+        return {"axes": ["open"] * 3, "size": [0.0, 0.0, 0.0], "material": 0}
+    return {
+        "axes": axis_kinds(domain, dimensions),
+        "size": _three(domain.size),
+        "material": materials.index(domain.material),
+    }
+
+
+def _fill(fill: Fill, ids: range, materials: _Materials, dimensions: int) -> dict[str, Any]:
+    radius = fill.radius
+    distribution = {"kind": "constant", "value": radius} if isinstance(radius, float | int) else radius.model_dump()
+    return {
+        "first_id": ids.start,
+        "placement": fill.placement,
+        "count": len(ids),
+        # Only with a count is it the simulator's: it scales the radii. Alone, it is what the count was made of.
+        "packing": fill.packing if fill.count is not None else None,
+        "radius": distribution,
+        "density": fill.density,
+        "mass": fill.mass,
+        "temperature": fill.temperature,
+        "velocity": _three(fill.velocity),
+        # A region of its own is a box of walls; without one it is the domain, with the domain's boundaries.
+        "center": None if fill.center is None else _three(fill.center),
+        "size": None if fill.size is None else _three(fill.size[:dimensions]),
+        "material": materials.index(fill.material),
+    }
