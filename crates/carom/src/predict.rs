@@ -4,10 +4,12 @@ pub mod ball_ball;
 pub mod ball_ball_accelerated;
 pub mod ball_plane;
 pub mod crossing;
+pub mod lanes;
 pub mod root;
 
 use glam::DVec3;
 
+use self::lanes::Lanes;
 use crate::event::{Kind, Rank};
 use crate::flight::Flight;
 use crate::time::Time;
@@ -81,11 +83,35 @@ impl<'a> Seeker<'a> {
         (r, v, mine_flown, theirs_flown)
     }
 
-    /// Whether the ball and `other` can meet at all: exact, and without a branch that depends on their motion.
+    /// Which of some balls the ball can meet at all (the arithmetic of [`Seeker::seen_from`] and [`ball_ball::can_meet`],
+    /// side by side): without a branch, so that loads and arithmetic overlap.
     #[inline(always)]
-    fn can_meet(&self, other: usize) -> bool {
-        let (r, v, _, _) = self.seen_from(other);
-        ball_ball::can_meet(r, v, self.radius + self.world.radii[other])
+    fn can_meet(&self, others: [u32; Lanes::COUNT]) -> [bool; Lanes::COUNT] {
+        let theirs = others.map(|other| &self.world.flights[other as usize]);
+        let lanes = |of: fn(&Flight) -> f64| Lanes(theirs.map(of));
+        let ahead = (Lanes::all(self.flight.start.epoch) - lanes(|f| f.start.epoch))
+            + (Lanes::all(self.flight.start.offset) - lanes(|f| f.start.offset));
+        let (mine_flown, theirs_flown) = ((-ahead).max_zero(), ahead.max_zero());
+        let lag = Lanes::all(self.age) - mine_flown;
+        let along = |axis: usize, position: fn(&Flight) -> f64, velocity: fn(&Flight) -> f64| {
+            let (my_position, my_velocity) = (self.flight.position[axis], self.flight.velocity[axis]);
+            let their_velocity = lanes(velocity);
+            let v = Lanes::all(my_velocity) - their_velocity;
+            let mut r = (Lanes::all(my_position) + Lanes::all(my_velocity) * mine_flown)
+                - (lanes(position) + their_velocity * theirs_flown);
+            if self.periods.any {
+                let images = (r + v * lag) * Lanes::all(self.periods.inverse[axis]);
+                r = r
+                    - (images + Lanes::all(NO_FRACTION) - Lanes::all(NO_FRACTION))
+                        * Lanes::all(self.periods.length[axis]);
+            }
+            (r, v)
+        };
+        let x = along(0, |f| f.position.x, |f| f.velocity.x);
+        let y = along(1, |f| f.position.y, |f| f.velocity.y);
+        let z = along(2, |f| f.position.z, |f| f.velocity.z);
+        let contact_distance = Lanes::all(self.radius) + Lanes(others.map(|other| self.world.radii[other as usize]));
+        ball_ball::can_meet([x.0, y.0, z.0], [x.1, y.1, z.1], contact_distance)
     }
 
     /// When the ball and `other` next touch.
@@ -128,10 +154,14 @@ impl<'a> Seeker<'a> {
         let mut kept = near.len();
         if self.plain {
             kept = 0;
-            for k in 0..near.len() {
-                let other = near[k];
-                near[kept] = other;
-                kept += usize::from(self.can_meet(other as usize));
+            for begin in (0..near.len()).step_by(Lanes::COUNT) {
+                let last = near.len() - 1;
+                let others: [u32; Lanes::COUNT] = std::array::from_fn(|lane| near[(begin + lane).min(last)]);
+                let meets = self.can_meet(others);
+                for lane in 0..Lanes::COUNT.min(near.len() - begin) {
+                    near[kept] = others[lane];
+                    kept += usize::from(meets[lane]);
+                }
             }
         }
         for &other in &near[..kept] {
@@ -236,36 +266,6 @@ fn resting_time(speed: f64, speeds: f64, depth: f64, largest: f64) -> f64 {
     ((tolerance::touching(largest) - depth) / speed).max(0.0)
 }
 
-/// Rows of balls near, collected to be considered together.
-struct Batch {
-    rows: [u32; Self::SIZE],
-    len: usize,
-}
-
-impl Batch {
-    const SIZE: usize = 64;
-
-    #[inline(always)]
-    fn new() -> Self {
-        Self { rows: [0; Self::SIZE], len: 0 }
-    }
-
-    #[inline(always)]
-    fn push(&mut self, row: usize, full: impl FnOnce(&mut [u32])) {
-        self.rows[self.len] = row as u32;
-        self.len += 1;
-        if self.len == Self::SIZE {
-            full(&mut self.rows);
-            self.len = 0;
-        }
-    }
-
-    #[inline(always)]
-    fn rest(&mut self) -> &mut [u32] {
-        &mut self.rows[..self.len]
-    }
-}
-
 /// Edge lengths of the periodic box, prepared for the search.
 #[derive(Clone, Copy, Debug)]
 pub struct Periods {
@@ -311,10 +311,12 @@ impl Periods {
     }
 }
 
-/// To the nearest whole numbers, ties to even, for less than 2^51: adding 1.5 · 2^52 leaves no room for a fraction.
+/// Added to a number below 2^51, it leaves no room for a fraction; taken away again, the nearest whole number is left.
+const NO_FRACTION: f64 = 1.5 * (1u64 << 52) as f64;
+
+/// To the nearest whole numbers, ties to even.
 #[inline(always)]
 fn round(v: DVec3) -> DVec3 {
-    const NO_FRACTION: f64 = 1.5 * (1u64 << 52) as f64;
     (v + NO_FRACTION) - NO_FRACTION
 }
 
@@ -346,9 +348,16 @@ impl First {
     }
 }
 
-/// The first impact of `ball` with anybody near.
+/// The first impact of `ball` with anybody near. `near` is room to work in.
 #[inline(always)]
-pub fn first_impact(world: &World, cells: &Cells, ball: usize, now: Time, periods: &Periods) -> First {
+pub fn first_impact(
+    world: &World,
+    cells: &Cells,
+    ball: usize,
+    now: Time,
+    periods: &Periods,
+    near: &mut Vec<u32>,
+) -> First {
     let same = SAME_INSTANT * world.clock.span();
     let mut first = First::from(Time::NEVER, Partner::NONE);
     if !world.is_fixed(ball) {
@@ -357,16 +366,15 @@ pub fn first_impact(world: &World, cells: &Cells, ball: usize, now: Time, period
         }
     }
     let seeker = Seeker::new(world, periods, ball, now);
-    let mut batch = Batch::new();
-    cells.near(ball, seeker.radius, |other| {
-        batch.push(other, |near| seeker.consider_all(near, &mut first, same));
-    });
-    seeker.consider_all(batch.rest(), &mut first, same);
+    near.clear();
+    cells.near(ball, seeker.radius, |other| near.push(other));
+    seeker.consider_all(near, &mut first, same);
     if first.tied { lowest_of_instant(world, cells, ball, now, periods, first.time) } else { first }
 }
 
 /// After a passage through `face`: the first of the impact `known` so far and those with the balls newly near.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "all parts of one simulation")]
 pub fn first_impact_after_crossing(
     world: &World,
     cells: &Cells,
@@ -375,15 +383,14 @@ pub fn first_impact_after_crossing(
     periods: &Periods,
     face: Face,
     known: First,
+    near: &mut Vec<u32>,
 ) -> First {
     let same = SAME_INSTANT * world.clock.span();
     let mut first = known;
     let seeker = Seeker::new(world, periods, ball, now);
-    let mut batch = Batch::new();
-    cells.near_after_crossing(ball, seeker.radius, face, |other| {
-        batch.push(other, |near| seeker.consider_all(near, &mut first, same));
-    });
-    seeker.consider_all(batch.rest(), &mut first, same);
+    near.clear();
+    cells.near_after_crossing(ball, seeker.radius, face, |other| near.push(other));
+    seeker.consider_all(near, &mut first, same);
     if first.tied { lowest_of_instant(world, cells, ball, now, periods, first.time) } else { first }
 }
 
@@ -407,7 +414,7 @@ fn lowest_of_instant(world: &World, cells: &Cells, ball: usize, now: Time, perio
     }
     let seeker = Seeker::new(world, periods, ball, now);
     cells.near(ball, seeker.radius, |other| {
-        consider(seeker.impact_with(other), Partner::ball(other as u32));
+        consider(seeker.impact_with(other as usize), Partner::ball(other));
     });
     lowest.map_or(First::from(Time::NEVER, Partner::NONE), |(_, time, partner)| First::from(time, partner))
 }
@@ -434,15 +441,20 @@ pub fn next_crossing(world: &World, cells: &Cells, ball: usize, now: Time) -> (T
     for axis in 0..3 {
         let Some((low, high)) = cells.bounds(ball, axis) else { continue };
         let (x, v, a) = (flight.position[axis], flight.velocity[axis], acceleration[axis]);
-        let up = crossing::time_of_passage(x, v, a, high, elapsed);
-        let down = crossing::time_of_passage(-x, -v, -a, -low, elapsed);
-        if up < least {
-            least = up;
-            face = Face { axis: axis as u8, upward: true };
+        // Without acceleration only the face ahead can be reached.
+        if a != 0.0 || v > 0.0 {
+            let up = crossing::time_of_passage(x, v, a, high, elapsed);
+            if up < least {
+                least = up;
+                face = Face { axis: axis as u8, upward: true };
+            }
         }
-        if down < least {
-            least = down;
-            face = Face { axis: axis as u8, upward: false };
+        if a != 0.0 || v < 0.0 {
+            let down = crossing::time_of_passage(-x, -v, -a, -low, elapsed);
+            if down < least {
+                least = down;
+                face = Face { axis: axis as u8, upward: false };
+            }
         }
     }
     (world.clock.after(flight.start, least), face)

@@ -72,6 +72,8 @@ pub struct Simulation {
     cells: Cells,
     periods: Periods,
     upcoming: Vec<Upcoming>,
+    /// Room for the rows of balls near, so that no prediction allocates.
+    near: Vec<u32>,
     queue: Queue,
     /// Impacts of the present instant, lowest rank first: (rank, ball, stamp).
     instant: BinaryHeap<Reverse<(Rank, u32, u32)>>,
@@ -100,6 +102,7 @@ impl Simulation {
             periods: Periods::new(&world, &cells),
             queue: Queue::new(now, world.len(), world.clock.span() / 64.0),
             upcoming: vec![Upcoming::NOTHING; world.len()],
+            near: Vec::with_capacity(64),
             cells,
             world,
             instant: BinaryHeap::new(),
@@ -315,7 +318,7 @@ impl Simulation {
 
     /// Looks anew at everybody near.
     fn predict(&mut self, ball: usize, now: Time) {
-        let first = predict::first_impact(&self.world, &self.cells, ball, now, &self.periods);
+        let first = predict::first_impact(&self.world, &self.cells, ball, now, &self.periods, &mut self.near);
         self.schedule(ball, first, now);
     }
 
@@ -350,8 +353,16 @@ impl Simulation {
         } else {
             let upcoming = &self.upcoming[ball];
             let known = First::from(upcoming.impact, upcoming.partner);
-            let first =
-                predict::first_impact_after_crossing(&self.world, &self.cells, ball, now, &self.periods, face, known);
+            let first = predict::first_impact_after_crossing(
+                &self.world,
+                &self.cells,
+                ball,
+                now,
+                &self.periods,
+                face,
+                known,
+                &mut self.near,
+            );
             self.schedule(ball, first, now);
         }
     }

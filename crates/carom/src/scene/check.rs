@@ -263,6 +263,7 @@ fn overlaps(world: &World, start: Time) -> Vec<Overlap> {
     for a in 0..world.len() {
         let first = found.len();
         cells.near(a, world.radii[a], |b| {
+            let b = b as usize;
             if b < a || (world.is_fixed(a) && world.is_fixed(b)) {
                 return;
             }

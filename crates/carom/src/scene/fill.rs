@@ -596,6 +596,7 @@ fn clear_of_planes(scene: &Scene, position: DVec3, radius: f64) -> bool {
 fn clear(cells: &Cells, positions: &[DVec3], radii: &[f64], periods: DVec3, ball: usize, position: DVec3) -> bool {
     let mut free = true;
     cells.near_point(ball, position, radii[ball], |other| {
+        let other = other as usize;
         let mut r = position - positions[other];
         for axis in 0..3 {
             if periods[axis] > 0.0 {

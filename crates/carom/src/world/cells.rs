@@ -234,18 +234,18 @@ impl Cells {
 
     /// Calls `visit` with every ball that `ball`, of `radius` (m), can meet before either leaves its cell.
     #[inline(always)]
-    pub fn near(&self, ball: usize, radius: f64, visit: impl FnMut(usize)) {
+    pub fn near(&self, ball: usize, radius: f64, visit: impl FnMut(u32)) {
         self.near_place(self.places[ball], radius, ball, visit);
     }
 
     /// As [`Cells::near`], were the ball at `position` (m).
-    pub fn near_point(&self, ball: usize, position: DVec3, radius: f64, visit: impl FnMut(usize)) {
+    pub fn near_point(&self, ball: usize, position: DVec3, radius: f64, visit: impl FnMut(u32)) {
         let place = Place { coordinate: self.coordinate_at(position), ..self.places[ball] };
         self.near_place(place, radius, ball, visit);
     }
 
     #[inline(always)]
-    fn near_place(&self, place: Place, radius: f64, ball: usize, mut visit: impl FnMut(usize)) {
+    fn near_place(&self, place: Place, radius: f64, ball: usize, mut visit: impl FnMut(u32)) {
         for (row, level) in self.levels.iter().enumerate() {
             let coordinate: [i32; 3] =
                 std::array::from_fn(|axis| (place.coordinate[axis] >> level.shift).rem_euclid(level.count[axis]));
@@ -259,7 +259,7 @@ impl Cells {
 
     /// As [`Cells::near`], after a passage through `face`: only what the cells behind it hold, if that is enough.
     #[inline(always)]
-    pub fn near_after_crossing(&self, ball: usize, radius: f64, face: Face, mut visit: impl FnMut(usize)) {
+    pub fn near_after_crossing(&self, ball: usize, radius: f64, face: Face, mut visit: impl FnMut(u32)) {
         let place = self.places[ball];
         let axis = face.axis as usize;
         let level = &self.levels[0];
@@ -271,21 +271,27 @@ impl Cells {
             std::array::from_fn(|axis| neighbours(coordinate[axis], level.count[axis]));
         let ahead = if face.upward { ranges[axis].0[2] } else { ranges[axis].0[0] };
         ranges[axis] = ([ahead; 3], 1);
-        self.visit_block(level, &ranges, ball, &mut visit);
+        let [x, y, z] = &ranges;
+        self.visit_block(level, &x.0[..x.1], &y.0[..y.1], &z.0[..z.1], ball, &mut visit);
     }
 
     #[inline(always)]
-    fn beside(&self, level: &Level, coordinate: [i32; 3], ball: usize, visit: &mut impl FnMut(usize)) {
-        let ranges: [([i32; 3], usize); 3] =
+    fn beside(&self, level: &Level, coordinate: [i32; 3], ball: usize, visit: &mut impl FnMut(u32)) {
+        let [x, y, z]: [([i32; 3], usize); 3] =
             std::array::from_fn(|axis| neighbours(coordinate[axis], level.count[axis]));
-        self.visit_block(level, &ranges, ball, visit);
+        if x.1 == 3 && y.1 == 3 && z.1 == 3 {
+            // Almost always: loops of a known length.
+            self.visit_block(level, &x.0, &y.0, &z.0, ball, visit);
+        } else {
+            self.visit_block(level, &x.0[..x.1], &y.0[..y.1], &z.0[..z.1], ball, visit);
+        }
     }
 
     #[inline(always)]
-    fn visit_block(&self, level: &Level, ranges: &[([i32; 3], usize); 3], ball: usize, visit: &mut impl FnMut(usize)) {
-        for &z in &ranges[2].0[..ranges[2].1] {
-            for &y in &ranges[1].0[..ranges[1].1] {
-                for &x in &ranges[0].0[..ranges[0].1] {
+    fn visit_block(&self, level: &Level, x: &[i32], y: &[i32], z: &[i32], ball: usize, visit: &mut impl FnMut(u32)) {
+        for &z in z {
+            for &y in y {
+                for &x in x {
                     self.visit_cell(level, [x, y, z], ball, visit);
                 }
             }
@@ -293,11 +299,11 @@ impl Cells {
     }
 
     #[inline(always)]
-    fn visit_cell(&self, level: &Level, coordinate: [i32; 3], ball: usize, visit: &mut impl FnMut(usize)) {
+    fn visit_cell(&self, level: &Level, coordinate: [i32; 3], ball: usize, visit: &mut impl FnMut(u32)) {
         let mut other = level.first[level.index(coordinate) as usize];
         while other != NOBODY {
             if other as usize != ball {
-                visit(other as usize);
+                visit(other);
             }
             other = self.next[other as usize];
         }
@@ -305,7 +311,7 @@ impl Cells {
 
     /// The cells of a finer level in which a ball can touch this one before either leaves its cell: those that the surface
     /// reaches from anywhere in the ball's own cell of that level.
-    fn shell(&self, level: &Level, coordinate: [i32; 3], radius: f64, ball: usize, visit: &mut impl FnMut(usize)) {
+    fn shell(&self, level: &Level, coordinate: [i32; 3], radius: f64, ball: usize, visit: &mut impl FnMut(u32)) {
         let reach = (radius + level.largest_radius) * (1.0 + CELL_MARGIN);
         // Centres cannot come nearer than this.
         let least = (radius + level.smallest_radius) * (1.0 - CELL_MARGIN);
