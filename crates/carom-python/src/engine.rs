@@ -14,8 +14,8 @@ use pyo3::types::{PyBytes, PyDict, PyList};
 use crate::errors;
 use crate::spec::Spec;
 
-/// Events between two looks for Ctrl-C: some 20 ms.
-const EVENTS_AT_ONCE: u64 = 20_000;
+/// Events between two looks for Ctrl-C: some 10 ms.
+const EVENTS_AT_ONCE: u64 = 4_000;
 
 /// Where a body of the scene is kept.
 #[derive(Clone, Copy)]
@@ -323,8 +323,18 @@ impl Engine {
     /// On to the next impact, as a dict; None if there is none before the scene's duration, at which the clock then stands.
     fn step<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let limit = self.world().clock.at(self.end);
-        let found = py.detach(|| self.simulation.step(limit)).map_err(|error| errors::collapse(py, &error))?;
-        found.map(|impact| self.impact(py, &impact)).transpose()
+        let before = self.simulation.counts().impacts();
+        loop {
+            let stop = py.detach(|| self.simulation.run(limit, 1, EVENTS_AT_ONCE));
+            let stop = stop.map_err(|error| errors::collapse(py, &error))?;
+            if self.simulation.counts().impacts() > before {
+                return self.simulation.last_impact().map(|impact| self.impact(py, impact)).transpose();
+            }
+            match stop {
+                Stop::Events => py.check_signals()?,
+                Stop::Time | Stop::Impacts => return Ok(None),
+            }
+        }
     }
 
     /// The impacts recorded since the last call, by column. The arrays take the columns over; nothing is copied.

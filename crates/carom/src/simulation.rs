@@ -161,9 +161,13 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::run`].
     pub fn step(&mut self, until: Time) -> Result<Option<Impact>, CollapseError> {
-        self.last_impact = None;
-        self.run(until, 1, u64::MAX)?;
-        Ok(self.last_impact)
+        let stop = self.run(until, 1, u64::MAX)?;
+        Ok(if stop == Stop::Impacts { self.last_impact } else { None })
+    }
+
+    /// The impact last resolved.
+    pub fn last_impact(&self) -> Option<&Impact> {
+        self.last_impact.as_ref()
     }
 
     /// The present instant.
@@ -313,7 +317,7 @@ impl Simulation {
         if let (Some(table), Some(impact)) = (&mut self.recorded, &impact) {
             table.push(impact);
         }
-        self.last_impact = impact;
+        self.last_impact = impact.or(self.last_impact);
     }
 
     /// Looks anew at everybody near.
