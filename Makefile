@@ -136,6 +136,8 @@ validate: $(stamps)/native
 		$(python) "$$script" > "validation/results/$$name.txt.new"; \
 		mv "validation/results/$$name.txt.new" "validation/results/$$name.txt"; cat "validation/results/$$name.txt"; \
 	done
+	CAROM_DRIFT_IMPACTS=10000000 $(CARGO) test --release --locked --test conservation -- --nocapture --test-threads 1 \
+		| sed 's|^test [a-z_]* \.\.\. ||' | grep -E '^(1,000|two|one|clock)' | tee validation/results/drift.txt
 
 docs: $(stamps)/native
 	$(bin)/sphinx-build --fail-on-warning --keep-going -b html docs docs/_build/html

@@ -114,20 +114,20 @@ def main() -> None:
     print(f"Side of the box {side:.1f} diameters; vortices grow from {stable_length(PACKING):.1f} on.")
     print()
     slope, error = mean_and_error(np.array([run.slope for run in runs]))
-    first = -LOSS / 3
     print(f"d ln T / dc, c from {FORGET} to {FORGET + COLLISIONS}: {slope:.5f} ± {error:.5f}")
-    print(f"  Haff's law, Maxwell's velocities: {first:.5f}   ratio {slope / first:.4f} ± {-error / first:.4f}")
-    second = first * (1 + a2 / 4)
-    print(f"  with a2 = {a2:.4f}:              {second:.5f}   ratio {slope / second:.4f} ± {-error / second:.4f}")
+    first = -LOSS / 3
+    for name, theory in (("Haff's law", first), (f"with a2 = {a2:.4f}", first * (1 + a2 / 4))):
+        print(f"  {name:20} {theory:.5f}   ratio {slope / theory:.4f} ± {-error / theory:.4f}")
     print()
-    print("t/τ        T/T0       1/(1 + t/τ)²  ratio               with a2: ratio")
+    print(f"{'t/τ':7}  {'T/T0':7}  {'Haff':7}  {'ratio':17}  ratio with a2")
     for k in range(0, COLLISIONS + 1, 5):
         time = np.array([run.time[k] for run in runs])
         temperature = np.array([run.temperature[k] for run in runs])
         ratio, spread = mean_and_error(temperature * (1 + time) ** 2)
         corrected, _ = mean_and_error(temperature * (1 + time * (1 + 3 * a2 / 16)) ** 2)
         theory = 1 / (1 + time.mean()) ** 2
-        print(f"{time.mean():.5f}    {temperature.mean():.5f}    {theory:.5f}       {ratio:.5f} ± {spread:.5f}   {corrected:.5f}")
+        print(f"{time.mean():.5f}  {temperature.mean():.5f}  {theory:.5f}", end="")
+        print(f"  {ratio:.5f} ± {spread:.5f}  {corrected:.5f}")
 
 
 if __name__ == "__main__":

@@ -87,7 +87,7 @@ class Measured:
 def deepest_overlap(positions: NDArray[np.float64], side: float) -> float:
     """One diameter minus the smallest distance among all pairs, (n, 3) positions in a periodic cube."""
     ordered = positions[np.argsort(positions[:, 0])]
-    with_images = np.concatenate([ordered, ordered + [side, 0, 0]])
+    with_images = np.concatenate([ordered, ordered + np.array([side, 0, 0])])
     closest = math.inf
     # The k-th neighbour along x, for k = 1, 2, … until none is within a diameter.
     for k in itertools.count(1):
@@ -177,17 +177,24 @@ def main() -> None:
     options = parser.parse_args()
     cells, impacts = (7, IMPACTS // 50) if options.quick else (14, IMPACTS)
     print(f"{4 * cells**3} hard spheres from fcc, σ = m = kT = 1; ± one standard error, of {BLOCKS} blocks.")
-    print("Identity: (Z - 1) / ((√π/6) ω) - 1. Energy: relative change since the start. Overlap: of the closest pair in")
-    print(f"{SAMPLES} states, in diameters.")
+    print(
+        "Identity: (Z - 1) / ((√π/6) ω) - 1, zero in theory. Energy: relative change since the start, from velocities"
+    )
+    print(f"alone. Overlap: of the closest pair in {SAMPLES} states, in diameters.")
     print()
-    print("packing   impacts  Z from impulses      theory  ratio    ω from counts        theory    ratio    ", end="")
-    print("identity              energy    overlap")
+    print(
+        f"{'packing':>7} {'impacts':>9}  {'Z from impulses':18}  {'theory':>8}  {'ratio':7}  {'ω from counts':18}",
+        end="",
+    )
+    print(f"  {'theory':>8}  {'ratio':7}  {'identity':18}  {'energy':>8}  {'overlap':>8}")
     terminal = Console(stderr=True)
     with Progress(console=terminal, transient=True, disable=not terminal.is_terminal) as progress:
         for packing, settle in SETTLE.items():
             got = measure(packing, cells, settle, impacts, options.seed, progress)
             z, rate = compressibility_factor(packing, got.count), collision_rate(packing, got.count)
-            print(f"{packing:7.2f} {got.impacts:9d}  {got.z:8.5f} ± {got.z_error:.5f}  {z:8.5f}  {got.z / z:.5f}", end="")
+            print(
+                f"{packing:7.2f} {got.impacts:9d}  {got.z:8.5f} ± {got.z_error:.5f}  {z:8.5f}  {got.z / z:.5f}", end=""
+            )
             print(f"  {got.rate:8.5f} ± {got.rate_error:.5f}  {rate:8.5f}  {got.rate / rate:.5f}", end="")
             print(f"  {got.identity:+.5f} ± {got.identity_error:.5f}  {got.energy_error:+.1e}  {got.overlap:+.1e}")
 

@@ -106,6 +106,11 @@ class Simulation:
     """
 
     def __init__(self, scene: Scene) -> None:
+        if not hasattr(scene, "engine"):
+            raise ArgumentError(
+                f"Simulation takes a scene, not a {type(scene).__name__}: carom.Scene.load(path) or "
+                "carom.Scene.from_dict(fields) makes one"
+            )
         self._begin(scene, scene.engine())
 
     def _begin(self, scene: Scene, engine: _carom.Engine) -> None:

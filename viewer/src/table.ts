@@ -48,7 +48,7 @@ export class ImpactTable {
     });
     const body = (rows: Int32Array, ids: Int32Array) => (i: number) => {
       const label = bodyLabel(recording, rows[i], ids[i]);
-      return element("span", { title: `id ${ids[i]}` }, label.replace(/^ball /, ""));
+      return element("span", { title: `id ${ids[i]}` }, label);
     };
     this.columns = [
       { name: "#", tip: "Number of the impact", cell: (i) => numeric(count(i + 1), i + 1), sort: (i) => i },

@@ -304,8 +304,11 @@ impl Engine {
     fn run(&mut self, py: Python<'_>, until: Option<f64>, impacts: Option<u64>) -> PyResult<&'static str> {
         let limit = match until {
             None => Time::NEVER,
-            Some(time) if time.is_finite() => self.world().clock.at(time),
-            Some(time) => return Err(PyValueError::new_err(format!("until = {time}: must be finite"))),
+            Some(time) => Some(self.world().clock.at(time)).filter(|limit| limit.is_reachable()).ok_or_else(|| {
+                PyValueError::new_err(format!(
+                    "until = {time}: must be finite, and no farther than the clock can count"
+                ))
+            })?,
         };
         let mut left = impacts.unwrap_or(u64::MAX);
         loop {

@@ -9,7 +9,7 @@ use crate::event::Kind;
 use crate::predict::{ShapeKind, ball_ball, ball_plane, kind_of_pair};
 use crate::resolve::newton::Contact;
 use crate::simulation::approach_speed;
-use crate::tolerance::{RESTING, UNIT_LENGTH, touching};
+use crate::tolerance::{LIMITS, RESTING, UNIT_LENGTH, touching};
 
 /// A body's shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -185,7 +185,7 @@ fn plane_geometry(kind: Kind, ball: &Body, radius: f64, normal: DVec3, offset: f
 
 fn validate(body: &Body, row: i64) -> Result<(), Problem> {
     let wrong = |field, value: String, reason: &str| Err(Problem::new("body", Some(row), field, value, reason));
-    let positive = |x: f64| x.is_finite() && x > 0.0;
+    let positive = |x: f64| LIMITS.contains(&x);
     match body.shape {
         Shape::Ball { radius } if !positive(radius) => {
             return wrong("radius", radius.to_string(), "must be positive and finite");
@@ -204,7 +204,7 @@ fn validate(body: &Body, row: i64) -> Result<(), Problem> {
     for (field, vector) in
         [("position", body.position), ("velocity", body.velocity), ("angular_velocity", body.angular_velocity)]
     {
-        if !vector.is_finite() {
+        if !(vector.abs().max_element() <= *LIMITS.end()) {
             return wrong(field, vector.to_string(), "must be finite");
         }
     }

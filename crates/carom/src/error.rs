@@ -111,7 +111,9 @@ impl CollapseError {
             Cause::Accumulation => {
                 "impacts that lose energy accumulate (inelastic collapse): infinitely many of them in a finite time"
             }
-            Cause::Resolution => "impacts follow each other faster than the clock can resolve",
+            Cause::Resolution => {
+                "they meet faster, or more often, than the clock can resolve, as a body does that others squeeze"
+            }
         }
     }
 
@@ -121,9 +123,8 @@ impl CollapseError {
             Cause::Resting => {
                 "end the run before this time (duration), start the bodies apart or moving, or leave out gravity"
             }
-            Cause::Accumulation | Cause::Resolution => {
-                "end the run before this time (duration), or raise the restitution of this pair"
-            }
+            Cause::Resolution => "end the run before this time (duration), or leave the bodies room",
+            Cause::Accumulation => "end the run before this time (duration), or raise the restitution of this pair",
         }
     }
 }

@@ -106,7 +106,7 @@ impl Queue {
                 place -= 1;
             }
             self.sorted.insert(place, entry);
-        } else if bucket - self.present >= self.first.len() as i64 {
+        } else if bucket.saturating_sub(self.present) >= self.first.len() as i64 {
             self.far.push(entry);
         } else {
             self.put_into_ring(bucket, entry);
@@ -209,7 +209,7 @@ impl Queue {
                 continue;
             }
             let bucket = self.bucket_of(entry.time);
-            if bucket - self.present >= self.first.len() as i64 {
+            if bucket.saturating_sub(self.present) >= self.first.len() as i64 {
                 self.far[kept] = entry;
                 kept += 1;
             } else {

@@ -174,7 +174,16 @@ impl Scene {
             fill.place(row, self, &mut balls)?;
         }
         check::identities(self, &balls)?;
+        if !self.fills.is_empty() {
+            // What was drawn has to pass like what was given.
+            let placed = Self { balls: balls.clone(), fills: Vec::new(), ..self.clone() };
+            check::values(&placed)?;
+        }
         let mut world = self.world(balls);
+        if !world.start.is_reachable() {
+            let reason = "is too far from 0 for a clock that resolves the motion of the smallest ball";
+            return Err(Problem::new("scene", None, "time", self.start_time, reason).into());
+        }
         let report = check::geometry(&mut world, self.shrink_overlaps)?;
         Ok((world, report))
     }

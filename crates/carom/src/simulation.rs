@@ -143,12 +143,13 @@ impl Simulation {
                     self.predict(ball, self.now.later(time));
                 }
                 Event::Impact { ball, partner, time } => {
-                    let impact = self.resolve(ball, partner, time)?;
-                    self.record(impact);
+                    let impact = self.resolve(ball, partner, time);
+                    // Even where the law refuses: the contact is still there, and must be found again.
                     self.predict(ball, self.now);
                     if let Some(other) = partner.as_ball() {
                         self.predict(other, self.now);
                     }
+                    self.record(impact?);
                 }
             }
         }
@@ -248,6 +249,7 @@ impl Simulation {
     #[inline]
     fn is_alone(&mut self, ball: usize, partner: Partner, time: Time) -> bool {
         let end = self.world.clock.after(time, SAME_INSTANT * self.world.clock.span());
+        let mut mirror = None;
         loop {
             let upcoming = &self.upcoming;
             let next = self.queue.earliest(|entry| upcoming[entry.ball as usize].stamp == entry.stamp);
@@ -258,9 +260,14 @@ impl Simulation {
                         && other.partner == Partner::ball(ball as u32)
                         && other.is_impact();
                     if !mirrored {
+                        // Another impact may come first and leave the partner with what it foresaw.
+                        if let Some(mirror) = mirror {
+                            self.queue.push(mirror);
+                        }
                         return false;
                     }
                     // The same impact as the partner foresaw it; the partner is predicted anew right after it.
+                    mirror = Some(next);
                     self.queue.remove_earliest();
                 }
                 _ => return true,
@@ -400,6 +407,10 @@ fn lay_out_cells(world: &World, now: Time) -> Cells {
         high = high.max(position);
     }
     let mut cells = Cells::new(&world.domain, &world.radii, low, high);
+    if world.growth.is_some() {
+        // Balls are smaller than the radii that the cells were laid out for.
+        cells.visit_interiors();
+    }
     for ball in 0..world.len() {
         cells.insert(ball, world.position(ball, now));
     }

@@ -77,7 +77,7 @@ impl Clock {
         self.span
     }
 
-    /// The instant at `seconds` on the absolute scale.
+    /// The instant at `seconds` on the absolute scale; [`Time::NEVER`] if that is 2^52 spans or more away.
     pub fn at(self, seconds: f64) -> Time {
         self.normal(Time { epoch: 0.0, offset: seconds })
     }
@@ -109,6 +109,10 @@ impl Clock {
         let whole = (time.offset / self.span).floor() * self.span;
         let offset = time.offset - whole;
         let epoch = time.epoch + whole;
+        // Beyond, a double cannot count the epochs.
+        if !(epoch.abs() <= self.span * (1u64 << 52) as f64) {
+            return Time::NEVER;
+        }
         if offset >= self.span {
             // A negative offset smaller than a rounding of the span.
             return Time { epoch: epoch + self.span, offset: 0.0 };

@@ -26,6 +26,15 @@ pub const COLLAPSE_WINDOW: f64 = 1.0 / (1u64 << 34) as f64;
 /// See [`COLLAPSE_WINDOW`] (a count). A touching row of dozens of balls settles in fewer; a collapse has no last impact.
 pub const COLLAPSE_IMPACTS: u32 = 10_000;
 
+/// Lengths, speeds and masses beyond these (in the scene's units) are refused: their squares, or the squares of their
+/// squares, would over- or underflow.
+pub const LIMITS: std::ops::RangeInclusive<f64> = 1e-75..=1e75;
+
+/// Bodies may become this much faster than those for which the clock's span was made (pure number); a ball of a mass of
+/// 1e-12 of its neighbour's becomes a million times as fast. Beyond, an instant's rounding would move them by more than
+/// about 1e-8 radii: that is an error, not a slow decay.
+pub const MOST_SPEEDUP: f64 = (1u64 << 22) as f64;
+
 /// Cells are wider than the largest ball by this fraction (pure number), so that rounding of a cell's bounds cannot let
 /// two balls touch across a whole cell.
 pub const CELL_MARGIN: f64 = 1.0 / (1u64 << 20) as f64;

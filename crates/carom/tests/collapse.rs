@@ -28,6 +28,9 @@ fn collapse(scene: &Scene) -> (Simulation, CollapseError) {
     let error = simulation.run(far, u64::MAX, u64::MAX).unwrap_err();
     // A promise to the user, not a measure of speed: a hang would be endless.
     assert!(begin.elapsed().as_secs_f64() < 1.0);
+    // Whoever goes on regardless is told again, and nothing falls through anything.
+    assert_eq!(simulation.run(far, u64::MAX, u64::MAX).unwrap_err().cause, error.cause);
+    assert!(support::deepest_overlap(&simulation) < 1e-12);
     for x in positions(&simulation).into_iter().chain(velocities(&simulation)) {
         assert!(x.is_finite());
     }
@@ -156,6 +159,21 @@ fn elastic_impacts_are_never_a_collapse() {
     let shortest = table.time.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
     println!("{} impacts, closest {shortest:e} s", table.len());
     assert!(table.len() > 1_000_000 && shortest < 1e-11);
+}
+
+/// A ball squeezed between two planes in prescribed motion gains speed without end.
+#[test]
+fn squeezed_without_end() {
+    let mut squeezed = scene([ball(0, vector(3.0, 0.0, 0.0), DVec3::ZERO, 0.5, 1.0)]);
+    let mut piston = plane(1, DVec3::X, 0.0);
+    piston.velocity = vector(1.0, 0.0, 0.0);
+    squeezed.planes = vec![piston, plane(2, -DVec3::X, -10.0)];
+    let mut simulation = start(&squeezed);
+    let far = simulation.world().clock.at(20.0);
+    let error = simulation.run(far, u64::MAX, u64::MAX).unwrap_err();
+    println!("{error} {:?}", simulation.counts());
+    assert_eq!(error.cause, Cause::Resolution);
+    assert!(error.time < 9.0 && error.time > 8.9);
 }
 
 /// A granular gas collapses somewhere at last, or runs on; either way without a hang.

@@ -1,8 +1,8 @@
 //! When a coordinate leaves an interval: the bookkeeping of cells, which never writes a state.
 
 /// Seconds after the start at which a coordinate at `x` (m), moving at `v` (m/s) with acceleration `a` (m/s²), passes
-/// `bound` while growing, if that is later than `elapsed`; `elapsed` itself if it stands at or beyond the bound then and is
-/// still growing (rounding of an earlier crossing); infinity if it never does.
+/// `bound` while growing, if that is later than `elapsed`; `elapsed` itself if that was before and it is still growing
+/// (rounding of an earlier crossing); infinity if it never does.
 #[inline(always)]
 pub fn time_of_passage(x: f64, v: f64, a: f64, bound: f64, elapsed: f64) -> f64 {
     let s = x - bound;
@@ -22,9 +22,11 @@ pub fn time_of_passage(x: f64, v: f64, a: f64, bound: f64, elapsed: f64) -> f64 
     if time > elapsed {
         return time;
     }
-    let beyond = s + (v + 0.5 * a * elapsed) * elapsed >= 0.0;
-    let growing = v + a * elapsed > 0.0;
-    if beyond && growing { elapsed } else { f64::INFINITY }
+    // The bound lies behind by now, and yet it is the one ahead: by rounding of an earlier crossing. Decided by the sign of
+    // the velocity alone, because the position is as likely rounded to one side as to the other.
+    let rate = v + a * elapsed;
+    let growing = rate > 0.0 || (rate == 0.0 && a > 0.0);
+    if growing && time.is_finite() { elapsed } else { f64::INFINITY }
 }
 
 #[cfg(test)]

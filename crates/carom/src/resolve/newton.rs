@@ -100,7 +100,7 @@ impl Contact {
             }
         }
         let mut extra = (f64::EPSILON * approach_speed).max(f64::MIN_POSITIVE);
-        while !parts(velocity_a, velocity_b) {
+        while !parts(velocity_a, velocity_b) && change.is_finite() {
             change += extra;
             extra *= 2.0;
             (velocity_a, velocity_b) = kicked(change);

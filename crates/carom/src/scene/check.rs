@@ -7,15 +7,26 @@ use glam::DVec3;
 use super::{Balls, BuildReport, Scene};
 use crate::error::{CheckError, Problem};
 use crate::time::Time;
-use crate::tolerance::{UNIT_LENGTH, touching};
+use crate::tolerance::{LIMITS, UNIT_LENGTH, touching};
 use crate::world::cells::Cells;
 use crate::world::{Boundary, World};
 
+/// Overlaps looked at: a file with more is in other units, or no scene.
+const MOST_OVERLAPS: usize = 1_000_000;
 /// Problems listed at most; a file with more is wrong as a whole.
 const MOST_PROBLEMS: usize = 10_000;
 
+/// What is wrong with a number that is not positive, not finite, or beyond the limits.
+fn why(x: f64) -> &'static str {
+    if x > 0.0 && x.is_finite() {
+        "is beyond 1e-75 … 1e75, where squares over- or underflow"
+    } else {
+        "must be positive and finite"
+    }
+}
+
 fn finite(v: DVec3) -> bool {
-    v.is_finite()
+    v.abs().max_element() <= *LIMITS.end()
 }
 
 fn result(problems: Vec<Problem>) -> Result<(), CheckError> {
@@ -60,7 +71,7 @@ pub(super) fn values(scene: &Scene) -> Result<(), CheckError> {
     let domain = &scene.domain;
     for axis in 0..3 {
         let bounded = domain.boundary[axis] != Boundary::Open;
-        if bounded && !(domain.size[axis].is_finite() && domain.size[axis] > 0.0) {
+        if bounded && !LIMITS.contains(&domain.size[axis]) {
             wrong("domain", None, "size", domain.size.to_string(), "must be positive and finite");
         }
     }
@@ -75,13 +86,13 @@ pub(super) fn values(scene: &Scene) -> Result<(), CheckError> {
     {
         wrong("scene", None, "shrink", depth.to_string(), "must be 0 or more and finite");
     }
-    let positive = |x: f64| x.is_finite() && x > 0.0;
+    let positive = |x: f64| LIMITS.contains(&x);
     let balls = &scene.balls;
     for row in 0..balls.len() {
         let id = Some(balls.ids[row]);
         let mut ball = |field, value: String, reason: &str| wrong("ball", id, field, value, reason);
         if !positive(balls.radii[row]) {
-            ball("radius", balls.radii[row].to_string(), "must be positive and finite");
+            ball("radius", balls.radii[row].to_string(), why(balls.radii[row]));
         } else if domain.periods().to_array().iter().any(|&period| period > 0.0 && period < 2.0 * balls.radii[row]) {
             ball("radius", balls.radii[row].to_string(), "is more than half the periodic box");
         }
@@ -91,7 +102,7 @@ pub(super) fn values(scene: &Scene) -> Result<(), CheckError> {
             ("angular_velocity", balls.angular_velocities[row]),
         ] {
             if !finite(vector) {
-                ball(field, vector.to_string(), "must be finite");
+                ball(field, vector.to_string(), "must be finite, and within 1e75");
             } else if flat && field != "angular_velocity" && vector.z != 0.0 {
                 ball(field, vector.to_string(), "z must be 0 in two dimensions");
             } else if flat && field == "angular_velocity" && (vector.x != 0.0 || vector.y != 0.0) {
@@ -100,7 +111,7 @@ pub(super) fn values(scene: &Scene) -> Result<(), CheckError> {
         }
         if !balls.fixed[row] {
             if !positive(balls.masses[row]) {
-                ball("mass", balls.masses[row].to_string(), "must be positive and finite");
+                ball("mass", balls.masses[row].to_string(), why(balls.masses[row]));
             }
             if !positive(balls.inertias[row]) {
                 ball("inertia", balls.inertias[row].to_string(), "must be positive and finite");
@@ -128,7 +139,7 @@ pub(super) fn values(scene: &Scene) -> Result<(), CheckError> {
                 "has a part along a periodic axis, where a plane has no place",
             );
         }
-        if !plane.offset.is_finite() {
+        if !(plane.offset.abs() <= *LIMITS.end()) {
             plane_wrong("offset", plane.offset.to_string(), "must be finite");
         }
         if !finite(plane.velocity) {
@@ -172,6 +183,7 @@ pub(super) fn geometry(world: &mut World, shrink: Option<f64>) -> Result<BuildRe
     let deepest = pairs.iter().map(|pair| pair.depth).fold(0.0, f64::max);
     if let Some(most) = shrink
         && deepest <= most
+        && pairs.iter().all(|pair| pair.distance > 0.0)
         && problems.is_empty()
     {
         let factor = pairs.iter().map(|pair| pair.distance / (pair.distance + pair.depth)).fold(1.0, f64::min);
@@ -255,6 +267,7 @@ fn overlaps(world: &World, start: Time) -> Vec<Overlap> {
     let low = positions.iter().copied().fold(DVec3::INFINITY, DVec3::min);
     let high = positions.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
     let mut cells = Cells::new(&world.domain, &world.radii, low, high);
+    cells.visit_interiors();
     for (ball, position) in positions.iter().enumerate() {
         cells.insert(ball, *position);
     }
@@ -275,7 +288,7 @@ fn overlaps(world: &World, start: Time) -> Vec<Overlap> {
             }
             let (distance, sum) = (r.length(), world.radii[a] + world.radii[b]);
             let largest = largest_coordinate(&[positions[a], positions[b], periods]).max(sum);
-            if sum - distance > touching(largest) {
+            if sum - distance > touching(largest) && found.len() < MOST_OVERLAPS {
                 found.push(Overlap { a, b, distance, depth: sum - distance });
             }
         });

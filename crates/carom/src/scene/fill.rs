@@ -450,6 +450,7 @@ impl Fill {
         let low = present.positions.iter().copied().fold(region.center - region.size * 0.5, DVec3::min);
         let high = present.positions.iter().copied().fold(region.center + region.size * 0.5, DVec3::max);
         let mut cells = Cells::new(&scene.domain, &all, low, high);
+        cells.visit_interiors();
         let mut positions = present.positions.clone();
         positions.resize(all.len(), DVec3::ZERO);
         for (ball, position) in present.positions.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Watches for impacts that accumulate. It ends a run with an error; it never changes an impact.
 
 use crate::time::Time;
-use crate::tolerance::{COLLAPSE_IMPACTS, COLLAPSE_WINDOW, RESTING};
+use crate::tolerance::{COLLAPSE_IMPACTS, COLLAPSE_WINDOW, MOST_SPEEDUP, RESTING};
 use crate::world::World;
 
 /// Counts each body's impacts that lose energy within one short window of time.
@@ -30,12 +30,19 @@ impl CollapseGuard {
     }
 
     /// Whether a contact that restitution e (0 < e < 1) cannot end is the last of an accumulation: the bodies approach no
-    /// faster than rounding of their `speeds` or of the speeds of the scene (m/s), and in the seconds since one of them met
+    /// faster than rounding of their `speeds` or of the speeds of the scene (m/s), and in the seconds since both of them met
     /// somebody they came no farther than the window, or than `touching` (m).
     #[inline]
     pub fn is_spent(&self, approach_speed: f64, speeds: f64, since_last_impact: f64, touching: f64) -> bool {
         approach_speed <= RESTING * speeds.max(self.speed)
             && (since_last_impact <= self.window || approach_speed * since_last_impact <= touching)
+    }
+
+    /// Whether bodies have become so fast that the clock no longer resolves where they are, as a body does that others in
+    /// prescribed motion squeeze.
+    #[inline]
+    pub fn is_too_fast(&self, approach_speed: f64) -> bool {
+        approach_speed > MOST_SPEEDUP * self.speed
     }
 
     /// Notes an impact of `ball` that loses energy; true if they accumulate.

@@ -64,7 +64,10 @@ impl Simulation {
             restitution,
             approach_speed: approach_speed(growth - normal.dot(relative), approach / distance),
         };
-        let last = self.since_impact(a, now).min(self.since_impact(b, now));
+        if self.guard.is_too_fast(contact.approach_speed) {
+            return Err(self.collapse(a, Partner::ball(b as u32), now, Cause::Resolution));
+        }
+        let last = self.since_impact(a, now).max(self.since_impact(b, now));
         if self.accumulates(&contact, last, [Some(a), Some(b)], now) {
             return Err(self.collapse(a, Partner::ball(b as u32), now, Cause::Accumulation));
         }
@@ -126,6 +129,9 @@ impl Simulation {
             restitution,
             approach_speed,
         };
+        if self.guard.is_too_fast(approach_speed) {
+            return Err(self.collapse(ball, partner, now, Cause::Resolution));
+        }
         if self.accumulates(&contact, self.since_impact(ball, now), [Some(ball), None], now) {
             return Err(self.collapse(ball, partner, now, Cause::Accumulation));
         }

@@ -61,6 +61,7 @@ pub struct Cells {
     crossed: [bool; 3],
     periodic_count: [i32; 3],
     nearest_image_reach: f64,
+    interiors: bool,
     levels: Vec<Level>,
     places: Vec<Place>,
     next: Vec<u32>,
@@ -136,9 +137,11 @@ impl Cells {
             crossed,
             periodic_count,
             nearest_image_reach: (0..3)
-                .filter(|&axis| domain.boundary[axis] == Boundary::Periodic && base[axis] < 4)
+                // With four cells, neighbours can stand just half the box apart, where rounding chooses the image.
+                .filter(|&axis| domain.boundary[axis] == Boundary::Periodic && base[axis] < 5)
                 .map(|axis| domain.size[axis] * (0.5 - 2.0 / f64::from(fine[axis])))
                 .fold(f64::INFINITY, f64::min),
+            interiors: false,
             levels,
             places,
             next: vec![NOBODY; radii.len()],
@@ -147,10 +150,15 @@ impl Cells {
     }
 
     /// Contact distance (m) up to which two balls can only meet through their nearest images before either leaves its
-    /// cell. With four cells or more along each axis neighbours are less than half the box apart; with fewer, each may
+    /// cell. With five cells or more along each axis neighbours are less than half the box apart; with fewer, each may
     /// still fly one cell of the finest level.
     pub fn nearest_image_reach(&self) -> f64 {
         self.nearest_image_reach
+    }
+
+    /// From now on a ball also sees smaller ones that are deep inside it: for checks, and while balls have not their size.
+    pub fn visit_interiors(&mut self) {
+        self.interiors = true;
     }
 
     /// Bytes held.
@@ -314,7 +322,7 @@ impl Cells {
     fn shell(&self, level: &Level, coordinate: [i32; 3], radius: f64, ball: usize, visit: &mut impl FnMut(u32)) {
         let reach = (radius + level.largest_radius) * (1.0 + CELL_MARGIN);
         // Centres cannot come nearer than this.
-        let least = (radius + level.smallest_radius) * (1.0 - CELL_MARGIN);
+        let least = if self.interiors { 0.0 } else { (radius + level.smallest_radius) * (1.0 - CELL_MARGIN) };
         let rows: [Row; 3] = std::array::from_fn(|axis| Row::new(reach, level.width[axis], level.count[axis]));
         let at = |axis: usize, step: i32| (coordinate[axis] + step).rem_euclid(level.count[axis]);
         for z in rows[2].steps() {
@@ -399,6 +407,9 @@ fn neighbours(coordinate: i32, count: i32) -> ([i32; 3], usize) {
 
 /// Cells of the coarsest level along each axis: as many as are wider than the largest ball, but not many more than balls.
 fn base_count(extent: DVec3, widest: f64, balls: usize, single: &[bool; 3]) -> [i32; 3] {
+    if balls == 0 {
+        return [1; 3];
+    }
     let most = (balls * CELLS_PER_BALL).max(FEWEST_CELLS);
     let mut width = widest;
     loop {
