@@ -86,6 +86,8 @@ def native_errors() -> Iterator[None]:
         yield
     except _carom.CollapseError as error:
         raise CollapseError(str(error), list(error.bodies), error.time, error.cause, error.advice) from None
+    except ValueError as error:
+        raise ArgumentError(str(error)) from None
 
 
 class Simulation:

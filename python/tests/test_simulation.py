@@ -334,3 +334,27 @@ def test_every_public_name_is_there():
     assert set(carom.__all__) <= set(dir(carom))
     with pytest.raises(AttributeError, match="no attribute 'simulate'"):
         _ = carom.simulate  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def test_a_time_beyond_the_clock_is_an_error():
+    simulation = carom.Simulation(two_balls())
+    with pytest.raises(carom.ArgumentError, match="no farther than the clock can count"):
+        simulation.run(until=1e300)
+    assert simulation.time == 0.0
+
+
+def test_a_collapse_is_told_again_to_whoever_goes_on():
+    floor = {"shape": {"kind": "plane", "normal": [0, 0, 1]}}
+    ball = {"shape": {"kind": "ball", "radius": 0.5}, "mass": 1, "position": [0, 0, 1]}
+    fields = {"duration": 5, "gravity": [0, 0, -9.81], "restitution": 0.8, "body": [floor, ball]}
+    simulation = carom.Simulation(carom.Scene.from_dict(fields))
+    for _ in range(3):
+        with pytest.raises(carom.CollapseError):
+            simulation.run()
+        # Rounding of a height of half a metre.
+        assert abs(simulation.positions[1, 2] - 0.5) < 1e-9
+
+
+def test_a_scene_is_needed():
+    with pytest.raises(carom.ArgumentError, match=r"Scene\.from_dict"):
+        carom.Simulation({"duration": 1.0})  # pyright: ignore[reportArgumentType]
