@@ -88,7 +88,7 @@ test: test-rust test-viewer test-page test-python
 
 test-rust:
 	$(CARGO) test --locked
-	$(CARGO) test --locked --profile unoptimised --test same_bits
+	$(CARGO) test --locked --profile unoptimised --test same_bits same_hash_as_ever
 
 test-python: build
 	$(python) -m pytest -n 2

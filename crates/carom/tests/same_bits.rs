@@ -1,5 +1,5 @@
 //! The same scene gives the same bits: in two runs, for any order of insertion, optimised or not, and after a checkpoint.
-//! `make test` runs this file twice, with and without optimisation, against the same golden hashes.
+//! `make test` compares the golden hashes with and without optimisation.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 mod support;
