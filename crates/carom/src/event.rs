@@ -15,8 +15,8 @@ pub struct Upcoming {
     pub partner_impacts: u32,
     /// Tells the entry in the queue that still holds from those that do not.
     pub stamp: u32,
-    /// When it leaves its cell.
-    pub crossing: Time,
+    /// When it leaves its cell, or the sphere of its list.
+    pub leaving: Time,
     /// Through which face.
     pub face: Face,
 }
@@ -28,20 +28,20 @@ impl Upcoming {
         partner: Partner::NONE,
         partner_impacts: 0,
         stamp: 0,
-        crossing: Time::NEVER,
-        face: Face { axis: 0, upward: false },
+        leaving: Time::NEVER,
+        face: Face::NONE,
     };
 
     /// The earlier of the two; at one instant bookkeeping goes first.
     #[inline(always)]
     pub fn time(&self) -> Time {
-        if self.impact.before(self.crossing) { self.impact } else { self.crossing }
+        if self.impact.before(self.leaving) { self.impact } else { self.leaving }
     }
 
-    /// Whether the impact comes before the crossing.
+    /// Whether the impact comes before that.
     #[inline(always)]
     pub fn is_impact(&self) -> bool {
-        self.impact.before(self.crossing)
+        self.impact.before(self.leaving)
     }
 }
 

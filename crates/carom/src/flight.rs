@@ -17,6 +17,13 @@ pub struct Flight {
 }
 
 impl Flight {
+    /// All of it, in the order of memory: position, velocity, epoch and offset of the start.
+    #[inline(always)]
+    pub fn line(&self) -> [f64; 8] {
+        let (x, v, start) = (self.position, self.velocity, self.start);
+        [x.x, x.y, x.z, v.x, v.y, v.z, start.epoch, start.offset]
+    }
+
     /// The centre `seconds` after the start, under a constant `acceleration` (m/s²): x + v t + a t²/2.
     #[inline(always)]
     pub fn position_after(&self, seconds: f64, acceleration: DVec3) -> DVec3 {

@@ -6,16 +6,19 @@ pub mod ball_plane;
 pub mod crossing;
 pub mod lanes;
 pub mod root;
+pub mod row;
 
 use glam::DVec3;
 
-use self::lanes::Lanes;
+use self::lanes::Width;
+use self::row::{Search, Soonest};
 use crate::event::{Kind, Rank};
 use crate::flight::Flight;
 use crate::time::Time;
 use crate::tolerance::{self, SAME_INSTANT};
-use crate::world::cells::{Cells, Face};
-use crate::world::{Partner, World};
+use crate::world::cells::Face;
+use crate::world::nearby::{Nearby, PlaneSet, filled_up};
+use crate::world::{Domain, Partner, World};
 
 /// The shapes there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +38,23 @@ pub fn kind_of_pair(a: ShapeKind, b: ShapeKind) -> Option<Kind> {
     }
 }
 
+/// What all predictions of a run share.
+#[derive(Clone, Debug)]
+pub struct Predictor {
+    width: Width,
+    periods: Periods,
+    /// Contact distance (m), where all balls are of one size.
+    contact_distance: Option<f64>,
+    largest_radius: f64,
+    nearest_image_reach: f64,
+    /// All balls fall alike and none grows: their relative flights are straight.
+    straight: bool,
+    /// Times (s) less than this apart belong to one instant.
+    same: f64,
+    /// Room for a row of balls near, so that no prediction allocates.
+    room: Vec<u32>,
+}
+
 /// A ball that looks for its next impact, with what all its pairs share.
 #[derive(Clone, Copy)]
 struct Seeker<'a> {
@@ -43,93 +63,79 @@ struct Seeker<'a> {
     ball: usize,
     flight: Flight,
     radius: f64,
+    contact_distance: Option<f64>,
     /// Seconds since the ball's last impact.
     age: f64,
-    /// Nothing but straight flights of balls that keep their size.
+    /// Straight relative flights, to each other's nearest images.
     plain: bool,
+    nearest_image_reach: f64,
 }
 
 impl<'a> Seeker<'a> {
     #[inline(always)]
-    fn new(world: &'a World, periods: &'a Periods, ball: usize, now: Time) -> Self {
+    fn new(world: &'a World, predictor: &'a Predictor, ball: usize, now: Time) -> Self {
         let flight = world.flights[ball];
+        let radius = world.radii[ball];
         Self {
             world,
-            periods,
+            periods: &predictor.periods,
             ball,
             flight,
-            radius: world.radii[ball],
+            radius,
+            contact_distance: predictor.contact_distance,
             age: now.since(flight.start),
-            plain: world.gravity == DVec3::ZERO
-                && world.growth.is_none()
-                && world.radii[ball] + periods.largest_radius <= periods.nearest_image_reach,
+            plain: predictor.straight && radius + predictor.largest_radius <= predictor.nearest_image_reach,
+            nearest_image_reach: predictor.nearest_image_reach,
         }
     }
 
-    /// The ball seen from another: position (m) and velocity (m/s) in straight flight, and the seconds that each has
-    /// flown, at the later of their last impacts. Only post-impact states enter, so that what is predicted does not depend
-    /// on when it is predicted (the present only chooses the periodic image).
+    /// The ball seen from another: position (m) and velocity (m/s), and the seconds that each has flown, at the later of
+    /// their last impacts. Only post-impact states enter, so that what is predicted does not depend on when it is predicted
+    /// (the present only chooses the periodic image).
     #[inline(always)]
-    fn seen_from(&self, other: usize) -> (DVec3, DVec3, f64, f64) {
+    fn seen_from(&self, other: usize) -> (DVec3, DVec3, f64) {
         let theirs = &self.world.flights[other];
         let ahead = self.flight.start.since(theirs.start);
         let (mine_flown, theirs_flown) = ((-ahead).max(0.0), ahead.max(0.0));
         let mut r = (self.flight.position + self.flight.velocity * mine_flown)
             - (theirs.position + theirs.velocity * theirs_flown);
-        let v = self.flight.velocity - theirs.velocity;
-        if self.plain && self.periods.any {
-            r -= self.periods.shift(r + v * (self.age - mine_flown));
+        let mut v = self.flight.velocity - theirs.velocity;
+        let (mine, their) = (self.world.acceleration(self.ball), self.world.acceleration(other));
+        if mine != DVec3::ZERO || their != DVec3::ZERO {
+            r += (mine * (mine_flown * mine_flown) - their * (theirs_flown * theirs_flown)) * 0.5;
+            v += mine * mine_flown - their * theirs_flown;
         }
-        (r, v, mine_flown, theirs_flown)
-    }
-
-    /// Which of some balls the ball can meet at all (the arithmetic of [`Seeker::seen_from`] and [`ball_ball::can_meet`],
-    /// side by side): without a branch, so that loads and arithmetic overlap.
-    #[inline(always)]
-    fn can_meet(&self, others: [u32; Lanes::COUNT]) -> [bool; Lanes::COUNT] {
-        let theirs = others.map(|other| &self.world.flights[other as usize]);
-        let lanes = |of: fn(&Flight) -> f64| Lanes(theirs.map(of));
-        let ahead = (Lanes::all(self.flight.start.epoch) - lanes(|f| f.start.epoch))
-            + (Lanes::all(self.flight.start.offset) - lanes(|f| f.start.offset));
-        let (mine_flown, theirs_flown) = ((-ahead).max_zero(), ahead.max_zero());
-        let lag = Lanes::all(self.age) - mine_flown;
-        let along = |axis: usize, position: fn(&Flight) -> f64, velocity: fn(&Flight) -> f64| {
-            let (my_position, my_velocity) = (self.flight.position[axis], self.flight.velocity[axis]);
-            let their_velocity = lanes(velocity);
-            let v = Lanes::all(my_velocity) - their_velocity;
-            let mut r = (Lanes::all(my_position) + Lanes::all(my_velocity) * mine_flown)
-                - (lanes(position) + their_velocity * theirs_flown);
-            if self.periods.any {
-                let images = (r + v * lag) * Lanes::all(self.periods.inverse[axis]);
-                r = r
-                    - (images + Lanes::all(NO_FRACTION) - Lanes::all(NO_FRACTION))
-                        * Lanes::all(self.periods.length[axis]);
-            }
-            (r, v)
-        };
-        let x = along(0, |f| f.position.x, |f| f.velocity.x);
-        let y = along(1, |f| f.position.y, |f| f.velocity.y);
-        let z = along(2, |f| f.position.z, |f| f.velocity.z);
-        let contact_distance = Lanes::all(self.radius) + Lanes(others.map(|other| self.world.radii[other as usize]));
-        ball_ball::can_meet([x.0, y.0, z.0], [x.1, y.1, z.1], contact_distance)
+        if self.periods.any {
+            let lag = self.age - mine_flown;
+            // Where they are now, for the image; their relative flight may be bent.
+            let bent = if mine == their { DVec3::ZERO } else { (mine - their) * (0.5 * lag) };
+            r -= self.periods.shift(r + (v + bent) * lag);
+        }
+        (r, v, mine_flown)
     }
 
     /// When the ball and `other` next touch.
-    #[inline(always)]
     fn impact_with(&self, other: usize) -> Time {
-        let (r, v, mine_flown, theirs_flown) = self.seen_from(other);
+        let (r, v, mine_flown) = self.seen_from(other);
         let start = if mine_flown > 0.0 { self.world.flights[other].start } else { self.flight.start };
-        if !self.plain {
-            return self.special_impact_with(other, r, v, start, mine_flown, theirs_flown);
+        if !self.periods.any || self.radius + self.world.radii[other] <= self.nearest_image_reach {
+            return self.meet(other, r, v, start);
         }
-        match ball_ball::time_of_impact(r, v, self.radius + self.world.radii[other]) {
-            // Two bodies in prescribed motion pass through each other.
-            Some(seconds) if !(self.world.is_fixed(self.ball) && self.world.is_fixed(other)) => {
-                let seconds = if seconds == 0.0 { self.rest(other, r, v) } else { seconds };
-                self.world.clock.after(start, seconds)
+        // In a box so small that two balls can meet through more than one image.
+        let range = |axis: usize| if self.periods.length[axis] > 0.0 { -2..=2 } else { 0..=0 };
+        let mut first = Time::NEVER;
+        for x in range(0) {
+            for y in range(1) {
+                for z in range(2) {
+                    let shift = DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * self.periods.length;
+                    let time = self.meet(other, r + shift, v, start);
+                    if time.before(first) {
+                        first = time;
+                    }
+                }
             }
-            _ => Time::NEVER,
         }
+        first
     }
 
     /// Seconds until an approaching pair that already touches has its impact: none, unless it rests in a contact without
@@ -147,63 +153,40 @@ impl<'a> Seeker<'a> {
         resting_time(-r.dot(v) / r.length(), speeds, depth, largest.max(self.radius + world.radii[other]))
     }
 
-    /// Considers all of `near`. Most of them cannot meet the ball; they are sifted out first, in a loop whose loads and
-    /// arithmetic the processor can overlap because nothing in it branches.
+    /// Considers all of a row that is filled up with the ball itself.
     #[inline(always)]
-    fn consider_all(&self, near: &mut [u32], first: &mut First, same: f64) {
-        let mut kept = near.len();
+    fn consider_row(&self, width: Width, row: &[u32], first: &mut First, same: f64) {
         if self.plain {
-            kept = 0;
-            for begin in (0..near.len()).step_by(Lanes::COUNT) {
-                let last = near.len() - 1;
-                let others: [u32; Lanes::COUNT] = std::array::from_fn(|lane| near[(begin + lane).min(last)]);
-                let meets = self.can_meet(others);
-                for lane in 0..Lanes::COUNT.min(near.len() - begin) {
-                    near[kept] = others[lane];
-                    kept += usize::from(meets[lane]);
-                }
+            let soonest = self.soonest(width, row);
+            if soonest.after_own_start == f64::INFINITY {
+                return;
+            }
+            if soonest.seconds > 0.0 {
+                let other = row[soonest.place];
+                let theirs = self.world.flights[other as usize].start;
+                let start = if self.flight.start.since(theirs) < 0.0 { theirs } else { self.flight.start };
+                first.consider(self.world.clock.after(start, soonest.seconds), Partner::ball(other), same);
+                // Measured from one's own start, times err by a few ulps: those in doubt are looked at again.
+                first.tied |=
+                    soonest.next - soonest.after_own_start <= 2.0 * same + 8.0 * f64::EPSILON * soonest.after_own_start;
+                return;
             }
         }
-        for &other in &near[..kept] {
+        for &other in row.iter().filter(|&&other| other as usize != self.ball) {
             first.consider(self.impact_with(other as usize), Partner::ball(other), same);
         }
     }
 
-    /// Under gravity, with growing balls, or in a box so small that two balls can meet through more than one image.
-    fn special_impact_with(
-        &self,
-        other: usize,
-        mut r: DVec3,
-        mut v: DVec3,
-        start: Time,
-        mine_flown: f64,
-        theirs_flown: f64,
-    ) -> Time {
-        let (mine, theirs) = (self.world.acceleration(self.ball), self.world.acceleration(other));
-        r += (mine * (mine_flown * mine_flown) - theirs * (theirs_flown * theirs_flown)) * 0.5;
-        v += mine * mine_flown - theirs * theirs_flown;
-        if !self.periods.any {
-            return self.meet(other, r, v, start);
+    /// The first impact with any of a row, by whatever registers this machine has.
+    #[inline(always)]
+    fn soonest(&self, width: Width, row: &[u32]) -> Soonest {
+        match width {
+            Width::Narrow(lanes) => Search { lanes, seeker: self, row }.run(),
+            #[cfg(target_arch = "x86_64")]
+            Width::Four(lanes) => Search { lanes, seeker: self, row }.run(),
+            #[cfg(target_arch = "x86_64")]
+            Width::Eight(lanes) => Search { lanes, seeker: self, row }.run(),
         }
-        let lag = self.age - mine_flown;
-        r -= self.periods.shift(r + (v + (mine - theirs) * (0.5 * lag)) * lag);
-        if self.radius + self.world.radii[other] <= self.periods.nearest_image_reach {
-            return self.meet(other, r, v, start);
-        }
-        let range = |axis: usize| if self.periods.length[axis] > 0.0 { -2..=2 } else { 0..=0 };
-        let mut first = Time::NEVER;
-        for x in range(0) {
-            for y in range(1) {
-                for z in range(2) {
-                    let shift = DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * self.periods.length;
-                    let time = self.meet(other, r + shift, v, start);
-                    if time.before(first) {
-                        first = time;
-                    }
-                }
-            }
-        }
-        first
     }
 
     /// When two balls touch that are at `r` (m) and fly at `v` (m/s) to each other at `start`.
@@ -270,24 +253,17 @@ fn resting_time(speed: f64, speeds: f64, depth: f64, largest: f64) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub struct Periods {
     any: bool,
-    largest_radius: f64,
-    nearest_image_reach: f64,
     length: DVec3,
     inverse: DVec3,
 }
 
 impl Periods {
-    /// Of a world in these cells.
-    pub fn new(world: &World, cells: &Cells) -> Self {
-        let length = world.domain.periods();
+    /// Of a domain.
+    pub fn of(domain: &Domain) -> Self {
+        let length = domain.periods();
         let inverse = |x: f64| if x > 0.0 { 1.0 / x } else { 0.0 };
-        Self {
-            any: world.domain.is_periodic(),
-            largest_radius: world.radii.iter().copied().fold(0.0, f64::max),
-            nearest_image_reach: cells.nearest_image_reach(),
-            length,
-            inverse: DVec3::new(inverse(length.x), inverse(length.y), inverse(length.z)),
-        }
+        let inverse = DVec3::new(inverse(length.x), inverse(length.y), inverse(length.z));
+        Self { any: domain.is_periodic(), length, inverse }
     }
 }
 
@@ -348,75 +324,103 @@ impl First {
     }
 }
 
-/// The first impact of `ball` with anybody near. `near` is room to work in.
-#[inline(always)]
-pub fn first_impact(
-    world: &World,
-    cells: &Cells,
-    ball: usize,
-    now: Time,
-    periods: &Periods,
-    near: &mut Vec<u32>,
-) -> First {
-    let same = SAME_INSTANT * world.clock.span();
-    let mut first = First::from(Time::NEVER, Partner::NONE);
-    if !world.is_fixed(ball) {
-        for row in 0..world.planes.len() {
-            first.consider(ball_plane_impact(world, ball, row), Partner::plane(row as u32), same);
+impl Predictor {
+    /// For a world in which balls find each other by `nearby`. `lanes`: at most so many numbers side by side.
+    pub fn new(world: &World, nearby: &Nearby, lanes: usize) -> Self {
+        let largest_radius = world.radii.iter().copied().fold(0.0, f64::max);
+        let of_one_size = world.radii.iter().all(|&radius| radius == largest_radius);
+        let any_fixed = (0..world.len()).any(|ball| world.is_fixed(ball));
+        Self {
+            width: Width::at_most(lanes),
+            periods: Periods::of(&world.domain),
+            contact_distance: of_one_size.then_some(largest_radius + largest_radius),
+            largest_radius,
+            nearest_image_reach: nearby.nearest_image_reach(),
+            straight: world.growth.is_none() && (world.gravity == DVec3::ZERO || !any_fixed),
+            same: SAME_INSTANT * world.clock.span(),
+            room: Vec::with_capacity(64),
         }
     }
-    let seeker = Seeker::new(world, periods, ball, now);
-    near.clear();
-    cells.near(ball, seeker.radius, |other| near.push(other));
-    seeker.consider_all(near, &mut first, same);
-    if first.tied { lowest_of_instant(world, cells, ball, now, periods, first.time) } else { first }
-}
 
-/// After a passage through `face`: the first of the impact `known` so far and those with the balls newly near.
-#[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "all parts of one simulation")]
-pub fn first_impact_after_crossing(
-    world: &World,
-    cells: &Cells,
-    ball: usize,
-    now: Time,
-    periods: &Periods,
-    face: Face,
-    known: First,
-    near: &mut Vec<u32>,
-) -> First {
-    let same = SAME_INSTANT * world.clock.span();
-    let mut first = known;
-    let seeker = Seeker::new(world, periods, ball, now);
-    near.clear();
-    cells.near_after_crossing(ball, seeker.radius, face, |other| near.push(other));
-    seeker.consider_all(near, &mut first, same);
-    if first.tied { lowest_of_instant(world, cells, ball, now, periods, first.time) } else { first }
-}
+    /// The periodic box.
+    pub fn periods(&self) -> &Periods {
+        &self.periods
+    }
 
-/// Second look, where several impacts of a ball belong to one instant: the one that comes first in rank.
-#[cold]
-fn lowest_of_instant(world: &World, cells: &Cells, ball: usize, now: Time, periods: &Periods, earliest: Time) -> First {
-    let end = world.clock.after(earliest, SAME_INSTANT * world.clock.span());
-    let mut lowest: Option<(Rank, Time, Partner)> = None;
-    let mut consider = |time: Time, partner: Partner| {
-        if time.is_reachable() && !end.before(time) {
-            let rank = rank(world, ball, partner);
-            if lowest.is_none_or(|(other, _, _)| rank < other) {
-                lowest = Some((rank, time, partner));
-            }
+    /// The first impact of `ball` with anybody near.
+    #[inline(always)]
+    pub fn first_impact(&mut self, world: &World, nearby: &Nearby, ball: usize, now: Time) -> First {
+        let mut first = First::from(Time::NEVER, Partner::NONE);
+        for_planes(world, nearby.planes(ball), ball, |time, partner| first.consider(time, partner, self.same));
+        let mut room = std::mem::take(&mut self.room);
+        let row = nearby.row(world, ball, &mut room);
+        let seeker = Seeker::new(world, self, ball, now);
+        seeker.consider_row(self.width, row, &mut first, self.same);
+        if first.tied {
+            first = self.lowest_of_instant(&seeker, row, nearby.planes(ball));
         }
-    };
-    if !world.is_fixed(ball) {
-        for row in 0..world.planes.len() {
-            consider(ball_plane_impact(world, ball, row), Partner::plane(row as u32));
+        self.room = room;
+        first
+    }
+
+    /// After a passage through the face of a cell: the first of the impact `known` so far and those with the balls and planes
+    /// newly near.
+    #[inline(always)]
+    pub fn first_impact_after_crossing(
+        &mut self,
+        world: &World,
+        nearby: &Nearby,
+        ball: usize,
+        now: Time,
+        face: Face,
+        known: First,
+    ) -> First {
+        let Nearby::Cells(cells) = nearby else { return self.first_impact(world, nearby, ball, now) };
+        let mut first = known;
+        for_planes(world, nearby.planes(ball), ball, |time, partner| first.consider(time, partner, self.same));
+        let mut room = std::mem::take(&mut self.room);
+        room.clear();
+        cells.near_after_crossing(ball, world.radii[ball], face, |other| room.push(other));
+        let row = filled_up(&mut room, ball);
+        Seeker::new(world, self, ball, now).consider_row(self.width, row, &mut first, self.same);
+        self.room = room;
+        if first.tied { self.first_impact(world, nearby, ball, now) } else { first }
+    }
+
+    /// Second look, where several impacts of a ball may belong to one instant: the one that comes first in rank.
+    #[cold]
+    fn lowest_of_instant(&self, seeker: &Seeker, row: &[u32], planes: PlaneSet) -> First {
+        let (world, ball) = (seeker.world, seeker.ball);
+        let mut found: Vec<(Time, Partner)> = Vec::new();
+        for_planes(world, planes, ball, |time, partner| found.push((time, partner)));
+        found.extend(
+            row.iter()
+                .filter(|&&other| other as usize != ball)
+                .map(|&other| (seeker.impact_with(other as usize), Partner::ball(other))),
+        );
+        let earliest =
+            found.iter().fold(Time::NEVER, |first, &(time, _)| if time.before(first) { time } else { first });
+        if !earliest.is_reachable() {
+            return First::from(Time::NEVER, Partner::NONE);
+        }
+        let end = world.clock.after(earliest, self.same);
+        let of_instant = found.into_iter().filter(|(time, _)| !end.before(*time));
+        let lowest = of_instant.min_by_key(|&(_, partner)| rank(world, ball, partner));
+        lowest.map_or(First::from(Time::NEVER, Partner::NONE), |(time, partner)| First::from(time, partner))
+    }
+}
+
+/// Calls `visit` with the impacts of a free ball with some planes.
+#[inline(always)]
+fn for_planes(world: &World, planes: PlaneSet, ball: usize, mut visit: impl FnMut(Time, Partner)) {
+    if planes.is_empty() || world.is_fixed(ball) {
+        return;
+    }
+    for row in 0..world.planes.len() {
+        if planes.contains(row) {
+            visit(ball_plane_impact(world, ball, row), Partner::plane(row as u32));
         }
     }
-    let seeker = Seeker::new(world, periods, ball, now);
-    cells.near(ball, seeker.radius, |other| {
-        consider(seeker.impact_with(other as usize), Partner::ball(other));
-    });
-    lowest.map_or(First::from(Time::NEVER, Partner::NONE), |(_, time, partner)| First::from(time, partner))
 }
 
 /// The rank of the impact of `ball` with `partner` among those of one instant.
@@ -428,34 +432,4 @@ pub fn rank(world: &World, ball: usize, partner: Partner) -> Rank {
         (None, None) => (Kind::BallPlane, i64::MAX),
     };
     Rank { kind, ids: (id.min(other), id.max(other)) }
-}
-
-/// When and through which face `ball` next leaves its cell.
-#[inline(always)]
-pub fn next_crossing(world: &World, cells: &Cells, ball: usize, now: Time) -> (Time, Face) {
-    let flight = &world.flights[ball];
-    let acceleration = world.acceleration(ball);
-    let elapsed = now.since(flight.start);
-    let mut least = f64::INFINITY;
-    let mut face = Face { axis: 0, upward: false };
-    for axis in 0..3 {
-        let Some((low, high)) = cells.bounds(ball, axis) else { continue };
-        let (x, v, a) = (flight.position[axis], flight.velocity[axis], acceleration[axis]);
-        // Without acceleration only the face ahead can be reached.
-        if a != 0.0 || v > 0.0 {
-            let up = crossing::time_of_passage(x, v, a, high, elapsed);
-            if up < least {
-                least = up;
-                face = Face { axis: axis as u8, upward: true };
-            }
-        }
-        if a != 0.0 || v < 0.0 {
-            let down = crossing::time_of_passage(-x, -v, -a, -low, elapsed);
-            if down < least {
-                least = down;
-                face = Face { axis: axis as u8, upward: false };
-            }
-        }
-    }
-    (world.clock.after(flight.start, least), face)
 }

@@ -7,17 +7,15 @@ mod impact;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use glam::DVec3;
-
 use crate::error::CollapseError;
 use crate::event::{Rank, Upcoming};
 use crate::ledger::{Balance, Ledger};
-use crate::predict::{self, First, Periods};
+use crate::predict::{self, First, Predictor, lanes};
 use crate::queue::{Entry, Queue};
 use crate::record::{Impact, ImpactTable};
 use crate::time::Time;
 use crate::tolerance::SAME_INSTANT;
-use crate::world::cells::{Cells, Face};
+use crate::world::nearby::Nearby;
 use crate::world::{Boundary, Partner, World};
 
 use guard::CollapseGuard;
@@ -59,7 +57,7 @@ impl Counts {
 }
 
 enum Event {
-    Crossing { ball: usize, face: Face, time: Time },
+    Leaving { ball: usize, time: Time },
     Stale { ball: usize, time: Time },
     Impact { ball: usize, partner: Partner, time: Time },
 }
@@ -69,11 +67,9 @@ enum Event {
 pub struct Simulation {
     world: World,
     now: Time,
-    cells: Cells,
-    periods: Periods,
+    nearby: Nearby,
+    predictor: Predictor,
     upcoming: Vec<Upcoming>,
-    /// Room for the rows of balls near, so that no prediction allocates.
-    near: Vec<u32>,
     queue: Queue,
     /// Impacts of the present instant, lowest rank first: (rank, ball, stamp).
     instant: BinaryHeap<Reverse<(Rank, u32, u32)>>,
@@ -95,15 +91,14 @@ impl Simulation {
     }
 
     fn at(world: World, now: Time, ledger: Ledger, counts: Counts, record: bool) -> Self {
-        let cells = lay_out_cells(&world, now);
+        let nearby = Nearby::lay_out(&world, now);
         let guard = CollapseGuard::new(&world);
         let mut simulation = Self {
             now,
-            periods: Periods::new(&world, &cells),
+            predictor: Predictor::new(&world, &nearby, lanes::MOST),
             queue: Queue::new(now, world.len(), world.clock.span() / 64.0),
             upcoming: vec![Upcoming::NOTHING; world.len()],
-            near: Vec::with_capacity(64),
-            cells,
+            nearby,
             world,
             instant: BinaryHeap::new(),
             instant_end: now,
@@ -137,7 +132,7 @@ impl Simulation {
                 return Ok(Stop::Time);
             };
             match event {
-                Event::Crossing { ball, face, time } => self.cross(ball, face, time),
+                Event::Leaving { ball, time } => self.look_around(ball, time),
                 Event::Stale { ball, time } => {
                     self.counts.stale += 1;
                     self.predict(ball, self.now.later(time));
@@ -204,7 +199,7 @@ impl Simulation {
             + size_of::<Upcoming>()
             + 16
             + if self.world.images.is_empty() { 0 } else { 12 };
-        of_ball + (self.cells.bytes() + self.queue.bytes()) / balls
+        of_ball + (self.nearby.bytes() + self.queue.bytes()) / balls
     }
 
     /// The earliest event no later than `until`. Impacts of one instant come in the order of their ranks; whatever only
@@ -228,7 +223,7 @@ impl Simulation {
             self.queue.remove_earliest();
             let ball = entry.ball as usize;
             if !self.upcoming[ball].is_impact() {
-                return Some(Event::Crossing { ball, face: self.upcoming[ball].face, time: entry.time });
+                return Some(Event::Leaving { ball, time: entry.time });
             }
             if self.is_stale(ball) {
                 return Some(Event::Stale { ball, time: entry.time });
@@ -306,7 +301,7 @@ impl Simulation {
                 return;
             }
             self.queue.remove_earliest();
-            self.cross(ball, self.upcoming[ball].face, entry.time);
+            self.look_around(ball, entry.time);
         }
     }
 
@@ -329,7 +324,7 @@ impl Simulation {
 
     /// Looks anew at everybody near.
     fn predict(&mut self, ball: usize, now: Time) {
-        let first = predict::first_impact(&self.world, &self.cells, ball, now, &self.periods, &mut self.near);
+        let first = self.predictor.first_impact(&self.world, &self.nearby, ball, now);
         self.schedule(ball, first, now);
     }
 
@@ -341,10 +336,10 @@ impl Simulation {
 
     #[inline]
     fn schedule(&mut self, ball: usize, first: First, now: Time) {
-        let (crossing, face) = predict::next_crossing(&self.world, &self.cells, ball, now);
+        let (leaving, face) = self.nearby.leaves(&self.world, ball, now);
         let stamp = self.upcoming[ball].stamp.wrapping_add(1);
         let partner_impacts = first.partner.as_ball().map_or(0, |other| self.world.bodies[other].impacts);
-        let upcoming = Upcoming { impact: first.time, partner: first.partner, partner_impacts, stamp, crossing, face };
+        let upcoming = Upcoming { impact: first.time, partner: first.partner, partner_impacts, stamp, leaving, face };
         self.upcoming[ball] = upcoming;
         let time = upcoming.time();
         if time.is_reachable() {
@@ -352,28 +347,26 @@ impl Simulation {
         }
     }
 
-    /// A ball leaves its cell: no state is written, but there are others near now.
-    fn cross(&mut self, ball: usize, face: Face, time: Time) {
+    /// A ball leaves its cell, or the sphere of its list: no state is written, but there are others near now.
+    fn look_around(&mut self, ball: usize, time: Time) {
         let now = self.now.later(time);
         self.counts.crossings += 1;
-        self.cells.cross(ball, face);
+        let upcoming = self.upcoming[ball];
+        match &mut self.nearby {
+            Nearby::Cells(cells) => {
+                cells.cross(ball, upcoming.face);
+                cells.note_planes(&self.world, ball);
+            }
+            Nearby::Lists(lists) => lists.renew(&self.world, ball, now),
+        }
         if self.cells_have_run_apart() {
             self.lay_out_anew(now);
         } else if self.is_stale(ball) {
             self.predict(ball, now);
         } else {
-            let upcoming = &self.upcoming[ball];
             let known = First::from(upcoming.impact, upcoming.partner);
-            let first = predict::first_impact_after_crossing(
-                &self.world,
-                &self.cells,
-                ball,
-                now,
-                &self.periods,
-                face,
-                known,
-                &mut self.near,
-            );
+            let (world, nearby) = (&self.world, &self.nearby);
+            let first = self.predictor.first_impact_after_crossing(world, nearby, ball, now, upcoming.face, known);
             self.schedule(ball, first, now);
         }
     }
@@ -388,31 +381,11 @@ impl Simulation {
     fn lay_out_anew(&mut self, now: Time) {
         self.crossings_at_layout = self.counts.crossings;
         self.counts.layouts += 1;
-        self.cells = lay_out_cells(&self.world, now);
-        self.periods = Periods::new(&self.world, &self.cells);
+        self.nearby = Nearby::lay_out(&self.world, now);
+        self.predictor = Predictor::new(&self.world, &self.nearby, lanes::MOST);
         self.instant.clear();
         for ball in 0..self.world.len() {
             self.predict(ball, now);
         }
     }
-}
-
-/// Cells for the balls where they are at `now`.
-fn lay_out_cells(world: &World, now: Time) -> Cells {
-    let mut low = DVec3::INFINITY;
-    let mut high = DVec3::NEG_INFINITY;
-    for ball in 0..world.len() {
-        let position = world.position(ball, now);
-        low = low.min(position);
-        high = high.max(position);
-    }
-    let mut cells = Cells::new(&world.domain, &world.radii, low, high);
-    if world.growth.is_some() {
-        // Balls are smaller than the radii that the cells were laid out for.
-        cells.visit_interiors();
-    }
-    for ball in 0..world.len() {
-        cells.insert(ball, world.position(ball, now));
-    }
-    cells
 }

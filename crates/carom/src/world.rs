@@ -1,6 +1,8 @@
 //! What is true now: the balls, each with its own clock, the planes, the domain and the materials.
 
 pub mod cells;
+pub mod lists;
+pub mod nearby;
 
 use glam::DVec3;
 
@@ -258,6 +260,12 @@ impl World {
     pub fn velocity(&self, ball: usize, time: Time) -> DVec3 {
         let flight = &self.flights[ball];
         flight.velocity_after(time.since(flight.start), self.acceleration(ball))
+    }
+
+    /// The least box (m) around all centres at `time`, not wrapped.
+    pub fn extent(&self, time: Time) -> (DVec3, DVec3) {
+        let positions = || (0..self.len()).map(|ball| self.position(ball, time));
+        (positions().fold(DVec3::INFINITY, DVec3::min), positions().fold(DVec3::NEG_INFINITY, DVec3::max))
     }
 
     /// A ball's radius (m) at `time`.

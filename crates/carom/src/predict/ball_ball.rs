@@ -2,8 +2,6 @@
 
 use glam::DVec3;
 
-use super::lanes::Lanes;
-
 /// Seconds until two balls touch, or `None` if they never do.
 ///
 /// `r` (m) and `v` (m/s) are the centre and the velocity of A seen from B, which fly with the same acceleration, so that
@@ -31,20 +29,6 @@ pub fn time_of_impact(r: DVec3, v: DVec3, contact_distance: f64) -> Option<f64> 
         return Some(0.0);
     }
     Some(c / (discriminant.sqrt() - b))
-}
-
-/// For which of some pairs [`time_of_impact`] may have an answer: those that approach, and not past each other. `r`, `v`:
-/// their three components.
-#[inline(always)]
-pub fn can_meet(r: [Lanes; 3], v: [Lanes; 3], contact_distance: Lanes) -> [bool; Lanes::COUNT] {
-    let dot = |a: [Lanes; 3], b: [Lanes; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let cross = [r[1] * v[2] - r[2] * v[1], r[2] * v[0] - r[0] * v[2], r[0] * v[1] - r[1] * v[0]];
-    let squared = contact_distance * contact_distance;
-    let approaching = dot(r, v).below(Lanes::all(0.0));
-    let hitting = dot(cross, cross).below(squared * dot(v, v));
-    // Squares err by a few ulps: a pair in doubt is left for `time_of_impact` to judge.
-    let overlapping = dot(r, r).below(squared * Lanes::all(1.0 + 8.0 * f64::EPSILON));
-    std::array::from_fn(|lane| approaching[lane] & (hitting[lane] | overlapping[lane]))
 }
 
 /// D ≤ 0 can still belong to a pair that rounding pushed into contact.

@@ -1,57 +1,464 @@
-//! Several numbers side by side, for which the compiler uses whatever vector registers the target has. Each lane is
-//! computed as it would be alone, so the bits do not depend on the width.
+//! Several numbers side by side in the processor's vector registers, as wide as this machine has them.
+//!
+//! Only additions, subtractions, products, quotients, square roots and comparisons: IEEE 754 rounds each of them the same in
+//! every lane and at every width, and none is fused with another, so the bits do not depend on the machine.
 
-use std::ops::{Add, Mul, Neg, Sub};
+use pulp::NullaryFnOnce;
 
-/// Numbers side by side.
-#[derive(Clone, Copy, Debug)]
-pub struct Lanes(pub [f64; Self::COUNT]);
+use crate::flight::Flight;
 
-impl Lanes {
-    /// How many.
-    pub const COUNT: usize = 2;
+/// A width of vector registers, chosen once when a simulation starts.
+pub trait Lanes: Copy {
+    /// How many numbers lie side by side.
+    const COUNT: usize;
+    /// That many numbers.
+    type Numbers: Copy;
+    /// That many truths.
+    type Mask: Copy;
 
+    /// Runs `work`, compiled for these registers. It and whatever it calls has to be inlined; a closure is not.
+    fn vectorize<W: NullaryFnOnce>(self, work: W) -> W::Output;
     /// The same number in all.
-    #[inline(always)]
-    pub fn all(x: f64) -> Self {
-        Self([x; Self::COUNT])
+    fn all(self, x: f64) -> Self::Numbers;
+    /// Those that stand at some places of `from`.
+    fn gather(self, from: &[f64], places: &[u32]) -> Self::Numbers;
+    /// a + b.
+    fn add(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// a - b.
+    fn sub(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// a b.
+    fn mul(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// a / b.
+    fn div(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// √a.
+    fn sqrt(self, a: Self::Numbers) -> Self::Numbers;
+    /// The lesser; `b` where they are equal.
+    fn min(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// The greater; `b` where they are equal.
+    fn max(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// a < b.
+    fn below(self, a: Self::Numbers, b: Self::Numbers) -> Self::Mask;
+    /// Both.
+    fn both(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Either.
+    fn either(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Whether any is true.
+    fn any(self, mask: Self::Mask) -> bool;
+    /// `a` where true, `b` elsewhere.
+    fn select(self, mask: Self::Mask, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// Puts them into the first places of `into`.
+    fn store(self, numbers: Self::Numbers, into: &mut [f64; MOST]);
+    /// The lines of the flights at some places, turned into columns.
+    fn columns(self, flights: &[Flight], places: &[u32]) -> [Self::Numbers; 8];
+}
+
+/// As many lanes as any machine has.
+pub const MOST: usize = 8;
+
+/// The widest registers of this machine.
+#[derive(Clone, Copy, Debug)]
+pub enum Width {
+    /// Whatever every machine of this architecture has.
+    Narrow(Narrow),
+    /// Four numbers (AVX2).
+    #[cfg(target_arch = "x86_64")]
+    Four(pulp::x86::V3),
+    /// Eight numbers (AVX-512).
+    #[cfg(target_arch = "x86_64")]
+    Eight(pulp::x86::V4),
+}
+
+impl Width {
+    /// The widest registers here.
+    pub fn of_this_machine() -> Self {
+        Self::at_most(MOST)
     }
 
-    /// The larger of each and 0.
-    #[inline(always)]
-    pub fn max_zero(self) -> Self {
-        Self(std::array::from_fn(|lane| if self.0[lane] > 0.0 { self.0[lane] } else { 0.0 }))
+    /// The widest registers here of no more than so many numbers.
+    pub fn at_most(count: usize) -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if count >= 8
+                && let Some(registers) = pulp::x86::V4::try_new()
+            {
+                return Self::Eight(registers);
+            }
+            if count >= 4
+                && let Some(registers) = pulp::x86::V3::try_new()
+            {
+                return Self::Four(registers);
+            }
+        }
+        Self::Narrow(Narrow)
     }
 
-    /// Which are less than those of `other`.
-    #[inline(always)]
-    pub fn below(self, other: Self) -> [bool; Self::COUNT] {
-        std::array::from_fn(|lane| self.0[lane] < other.0[lane])
+    /// How many numbers lie side by side.
+    pub fn count(self) -> usize {
+        match self {
+            Self::Narrow(_) => Narrow::COUNT,
+            #[cfg(target_arch = "x86_64")]
+            Self::Four(_) => pulp::x86::V3::COUNT,
+            #[cfg(target_arch = "x86_64")]
+            Self::Eight(_) => pulp::x86::V4::COUNT,
+        }
     }
 }
 
-macro_rules! by_lane {
-    ($operation:ident, $method:ident, $sign:tt) => {
-        impl $operation for Lanes {
-            type Output = Self;
+#[cfg(target_arch = "x86_64")]
+type Four = std::arch::x86_64::__m256d;
+#[cfg(target_arch = "x86_64")]
+type Eight = std::arch::x86_64::__m512d;
 
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                Self(std::array::from_fn(|lane| self.0[lane] $sign other.0[lane]))
-            }
-        }
+/// Plain arrays, for which the compiler uses the registers that every machine has.
+#[derive(Clone, Copy, Debug)]
+pub struct Narrow;
+
+macro_rules! by_lane {
+    ($($name:ident = |$a:ident, $b:ident| $result:expr;)*) => {
+        $(#[inline(always)]
+        fn $name(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+            std::array::from_fn(|lane| {
+                let ($a, $b) = (a[lane], b[lane]);
+                $result
+            })
+        })*
     };
 }
 
-by_lane!(Add, add, +);
-by_lane!(Sub, sub, -);
-by_lane!(Mul, mul, *);
+impl Lanes for Narrow {
+    const COUNT: usize = 2;
+    type Numbers = [f64; 2];
+    type Mask = [bool; 2];
 
-impl Neg for Lanes {
-    type Output = Self;
+    by_lane! {
+        add = |a, b| a + b;
+        sub = |a, b| a - b;
+        mul = |a, b| a * b;
+        div = |a, b| a / b;
+        min = |a, b| if a < b { a } else { b };
+        max = |a, b| if a > b { a } else { b };
+    }
 
     #[inline(always)]
-    fn neg(self) -> Self {
-        Self(self.0.map(|x| -x))
+    fn vectorize<W: NullaryFnOnce>(self, work: W) -> W::Output {
+        work.call()
+    }
+
+    #[inline(always)]
+    fn all(self, x: f64) -> [f64; 2] {
+        [x; 2]
+    }
+
+    #[inline(always)]
+    fn gather(self, from: &[f64], places: &[u32]) -> [f64; 2] {
+        [from[places[0] as usize], from[places[1] as usize]]
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: [f64; 2]) -> [f64; 2] {
+        a.map(f64::sqrt)
+    }
+
+    #[inline(always)]
+    fn below(self, a: [f64; 2], b: [f64; 2]) -> [bool; 2] {
+        std::array::from_fn(|lane| a[lane] < b[lane])
+    }
+
+    #[inline(always)]
+    fn both(self, a: [bool; 2], b: [bool; 2]) -> [bool; 2] {
+        std::array::from_fn(|lane| a[lane] & b[lane])
+    }
+
+    #[inline(always)]
+    fn either(self, a: [bool; 2], b: [bool; 2]) -> [bool; 2] {
+        std::array::from_fn(|lane| a[lane] | b[lane])
+    }
+
+    #[inline(always)]
+    fn any(self, mask: [bool; 2]) -> bool {
+        mask[0] | mask[1]
+    }
+
+    #[inline(always)]
+    fn select(self, mask: [bool; 2], a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+        std::array::from_fn(|lane| if mask[lane] { a[lane] } else { b[lane] })
+    }
+
+    #[inline(always)]
+    fn store(self, numbers: [f64; 2], into: &mut [f64; MOST]) {
+        into[..2].copy_from_slice(&numbers);
+    }
+
+    #[inline(always)]
+    fn columns(self, flights: &[Flight], places: &[u32]) -> [[f64; 2]; 8] {
+        let lines = [flights[places[0] as usize].line(), flights[places[1] as usize].line()];
+        std::array::from_fn(|column| lines.map(|line| line[column]))
+    }
+}
+
+macro_rules! by_register {
+    ($part:ident: $($name:ident = $instruction:ident;)*) => {
+        $(#[inline(always)]
+        fn $name(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+            self.$part.$instruction(a, b)
+        })*
+    };
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Lanes for pulp::x86::V3 {
+    const COUNT: usize = 4;
+    type Numbers = Four;
+    type Mask = Four;
+
+    by_register! {
+        avx: add = _mm256_add_pd;
+        sub = _mm256_sub_pd;
+        mul = _mm256_mul_pd;
+        div = _mm256_div_pd;
+        min = _mm256_min_pd;
+        max = _mm256_max_pd;
+        both = _mm256_and_pd;
+        either = _mm256_or_pd;
+    }
+
+    #[inline(always)]
+    fn vectorize<W: NullaryFnOnce>(self, work: W) -> W::Output {
+        Self::vectorize(self, work)
+    }
+
+    #[inline(always)]
+    fn all(self, x: f64) -> Self::Numbers {
+        self.avx._mm256_set1_pd(x)
+    }
+
+    #[inline(always)]
+    fn gather(self, from: &[f64], p: &[u32]) -> Self::Numbers {
+        let (a, b) = (from[p[0] as usize], from[p[1] as usize]);
+        let (c, d) = (from[p[2] as usize], from[p[3] as usize]);
+        self.avx._mm256_setr_pd(a, b, c, d)
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: Self::Numbers) -> Self::Numbers {
+        self.avx._mm256_sqrt_pd(a)
+    }
+
+    #[inline(always)]
+    fn below(self, a: Self::Numbers, b: Self::Numbers) -> Self::Mask {
+        self.avx._mm256_cmp_pd::<{ std::arch::x86_64::_CMP_LT_OQ }>(a, b)
+    }
+
+    #[inline(always)]
+    fn any(self, mask: Self::Mask) -> bool {
+        self.avx._mm256_movemask_pd(mask) != 0
+    }
+
+    #[inline(always)]
+    fn select(self, mask: Self::Mask, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+        self.avx._mm256_blendv_pd(b, a, mask)
+    }
+
+    #[inline(always)]
+    fn store(self, numbers: Self::Numbers, into: &mut [f64; MOST]) {
+        let numbers: [f64; 4] = pulp::cast(numbers);
+        into[..4].copy_from_slice(&numbers);
+    }
+
+    #[inline(always)]
+    fn columns(self, flights: &[Flight], p: &[u32]) -> [Self::Numbers; 8] {
+        let a: [Self::Numbers; 2] = pulp::cast(flights[p[0] as usize].line());
+        let b: [Self::Numbers; 2] = pulp::cast(flights[p[1] as usize].line());
+        let c: [Self::Numbers; 2] = pulp::cast(flights[p[2] as usize].line());
+        let d: [Self::Numbers; 2] = pulp::cast(flights[p[3] as usize].line());
+        let [x0, x1, x2, x3] = turned_four(self, a[0], b[0], c[0], d[0]);
+        let [x4, x5, x6, x7] = turned_four(self, a[1], b[1], c[1], d[1]);
+        [x0, x1, x2, x3, x4, x5, x6, x7]
+    }
+}
+
+/// Four lines of four numbers turned into columns.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn turned_four(registers: pulp::x86::V3, a: Four, b: Four, c: Four, d: Four) -> [Four; 4] {
+    let f = registers.avx;
+    let (even_ab, odd_ab) = (f._mm256_unpacklo_pd(a, b), f._mm256_unpackhi_pd(a, b));
+    let (even_cd, odd_cd) = (f._mm256_unpacklo_pd(c, d), f._mm256_unpackhi_pd(c, d));
+    [
+        f._mm256_permute2f128_pd::<0x20>(even_ab, even_cd),
+        f._mm256_permute2f128_pd::<0x20>(odd_ab, odd_cd),
+        f._mm256_permute2f128_pd::<0x31>(even_ab, even_cd),
+        f._mm256_permute2f128_pd::<0x31>(odd_ab, odd_cd),
+    ]
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Lanes for pulp::x86::V4 {
+    const COUNT: usize = 8;
+    type Numbers = Eight;
+    type Mask = u8;
+
+    by_register! {
+        avx512f: add = _mm512_add_pd;
+        sub = _mm512_sub_pd;
+        mul = _mm512_mul_pd;
+        div = _mm512_div_pd;
+        min = _mm512_min_pd;
+        max = _mm512_max_pd;
+    }
+
+    #[inline(always)]
+    fn vectorize<W: NullaryFnOnce>(self, work: W) -> W::Output {
+        Self::vectorize(self, work)
+    }
+
+    #[inline(always)]
+    fn all(self, x: f64) -> Self::Numbers {
+        self.avx512f._mm512_set1_pd(x)
+    }
+
+    #[inline(always)]
+    fn gather(self, from: &[f64], p: &[u32]) -> Self::Numbers {
+        let (a, b) = (from[p[0] as usize], from[p[1] as usize]);
+        let (c, d) = (from[p[2] as usize], from[p[3] as usize]);
+        let (e, f) = (from[p[4] as usize], from[p[5] as usize]);
+        let (g, h) = (from[p[6] as usize], from[p[7] as usize]);
+        self.avx512f._mm512_setr_pd(a, b, c, d, e, f, g, h)
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: Self::Numbers) -> Self::Numbers {
+        self.avx512f._mm512_sqrt_pd(a)
+    }
+
+    #[inline(always)]
+    fn below(self, a: Self::Numbers, b: Self::Numbers) -> u8 {
+        self.avx512f._mm512_cmp_pd_mask::<{ std::arch::x86_64::_CMP_LT_OQ }>(a, b)
+    }
+
+    #[inline(always)]
+    fn both(self, a: u8, b: u8) -> u8 {
+        a & b
+    }
+
+    #[inline(always)]
+    fn either(self, a: u8, b: u8) -> u8 {
+        a | b
+    }
+
+    #[inline(always)]
+    fn any(self, mask: u8) -> bool {
+        mask != 0
+    }
+
+    #[inline(always)]
+    fn select(self, mask: u8, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+        self.avx512f._mm512_mask_blend_pd(mask, b, a)
+    }
+
+    #[inline(always)]
+    fn store(self, numbers: Self::Numbers, into: &mut [f64; MOST]) {
+        *into = pulp::cast(numbers);
+    }
+
+    #[inline(always)]
+    fn columns(self, flights: &[Flight], p: &[u32]) -> [Self::Numbers; 8] {
+        let [even_ab, odd_ab] = two_lines(self, &flights[p[0] as usize], &flights[p[1] as usize]);
+        let [even_cd, odd_cd] = two_lines(self, &flights[p[2] as usize], &flights[p[3] as usize]);
+        let [even_ef, odd_ef] = two_lines(self, &flights[p[4] as usize], &flights[p[5] as usize]);
+        let [even_gh, odd_gh] = two_lines(self, &flights[p[6] as usize], &flights[p[7] as usize]);
+        let [x0, x2, x4, x6] = turned_pairs(self, even_ab, even_cd, even_ef, even_gh);
+        let [x1, x3, x5, x7] = turned_pairs(self, odd_ab, odd_cd, odd_ef, odd_gh);
+        [x0, x1, x2, x3, x4, x5, x6, x7]
+    }
+}
+
+/// Columns 0, 2, 4, 6 of two lines side by side, and columns 1, 3, 5, 7.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn two_lines(registers: pulp::x86::V4, a: &Flight, b: &Flight) -> [Eight; 2] {
+    let (a, b): (Eight, Eight) = (pulp::cast(a.line()), pulp::cast(b.line()));
+    [registers.avx512f._mm512_unpacklo_pd(a, b), registers.avx512f._mm512_unpackhi_pd(a, b)]
+}
+
+/// Of the same four columns of four times two lines, each column of all eight.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn turned_pairs(registers: pulp::x86::V4, ab: Eight, cd: Eight, ef: Eight, gh: Eight) -> [Eight; 4] {
+    let f = registers.avx512f;
+    let (outer_low, outer_high) = (f._mm512_shuffle_f64x2::<0x88>(ab, cd), f._mm512_shuffle_f64x2::<0x88>(ef, gh));
+    let (inner_low, inner_high) = (f._mm512_shuffle_f64x2::<0xdd>(ab, cd), f._mm512_shuffle_f64x2::<0xdd>(ef, gh));
+    [
+        f._mm512_shuffle_f64x2::<0x88>(outer_low, outer_high),
+        f._mm512_shuffle_f64x2::<0x88>(inner_low, inner_high),
+        f._mm512_shuffle_f64x2::<0xdd>(outer_low, outer_high),
+        f._mm512_shuffle_f64x2::<0xdd>(inner_low, inner_high),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::time::Time;
+
+    fn check(lanes: impl Lanes) {
+        let number = |lane: usize, column: usize| (10 * lane + column) as f64;
+        let flight = |lane: usize| Flight {
+            position: DVec3::new(number(lane, 0), number(lane, 1), number(lane, 2)),
+            velocity: DVec3::new(number(lane, 3), number(lane, 4), number(lane, 5)),
+            start: Time { epoch: number(lane, 6), offset: number(lane, 7) },
+        };
+        let flights: Vec<Flight> = (0..20).map(flight).collect();
+        let places: [u32; MOST] = [3, 1, 4, 15, 9, 2, 6, 5];
+        for (column, numbers) in lanes.columns(&flights, &places).into_iter().enumerate() {
+            for (lane, x) in stored(lanes, numbers).into_iter().enumerate() {
+                assert_eq!(x, number(places[lane] as usize, column));
+            }
+        }
+        let counted: Vec<f64> = (1..=MOST).map(|k| k as f64).collect();
+        let (a, b) = (lanes.gather(&counted, &[0, 1, 2, 3, 4, 5, 6, 7]), lanes.all(3.0));
+        let results = [lanes.add(a, b), lanes.sub(a, b), lanes.mul(a, b), lanes.div(a, b), lanes.sqrt(a)];
+        let more = [lanes.min(a, b), lanes.max(a, b), lanes.select(lanes.below(a, b), b, a)];
+        for lane in 0..stored(lanes, a).len() {
+            let x = 1.0 + lane as f64;
+            let expected = [x + 3.0, x - 3.0, x * 3.0, x / 3.0, x.sqrt()];
+            assert_eq!(results.map(|r| stored(lanes, r)[lane]), expected);
+            let expected = [x.min(3.0), x.max(3.0), if x < 3.0 { 3.0 } else { x }];
+            assert_eq!(more.map(|r| stored(lanes, r)[lane]), expected);
+        }
+        assert!(lanes.any(lanes.below(a, b)) && !lanes.any(lanes.both(lanes.below(a, b), lanes.below(b, a))));
+        assert!(!lanes.any(lanes.either(lanes.below(b, b), lanes.below(a, a))));
+    }
+
+    fn stored<L: Lanes>(lanes: L, numbers: L::Numbers) -> Vec<f64> {
+        let mut all = [0.0; MOST];
+        lanes.store(numbers, &mut all);
+        all[..L::COUNT].to_vec()
+    }
+
+    struct Check<L>(L);
+
+    impl<L: Lanes> NullaryFnOnce for Check<L> {
+        type Output = ();
+
+        #[inline(always)]
+        fn call(self) {
+            check(self.0);
+        }
+    }
+
+    #[test]
+    fn every_width_computes_the_same() {
+        for most in [2, 4, 8] {
+            match Width::at_most(most) {
+                Width::Narrow(lanes) => Lanes::vectorize(lanes, Check(lanes)),
+                #[cfg(target_arch = "x86_64")]
+                Width::Four(lanes) => Lanes::vectorize(lanes, Check(lanes)),
+                #[cfg(target_arch = "x86_64")]
+                Width::Eight(lanes) => Lanes::vectorize(lanes, Check(lanes)),
+            }
+        }
     }
 }

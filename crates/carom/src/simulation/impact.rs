@@ -42,7 +42,7 @@ impl Simulation {
 
     fn resolve_balls(&mut self, a: usize, b: usize, now: Time) -> Result<Option<Impact>, CollapseError> {
         let arrived = [self.arrive(a, now), self.arrive(b, now)];
-        let separation = self.periods.nearest(arrived[0].position - arrived[1].position);
+        let separation = self.predictor.periods().nearest(arrived[0].position - arrived[1].position);
         let relative = arrived[0].velocity - arrived[1].velocity;
         let distance = separation.length();
         let normal = separation / distance;
@@ -203,14 +203,14 @@ impl Simulation {
         self.ledger.gravity_moment.add(gravity_moment(&self.world, ball, now));
         let mut position = arrived.position;
         if let Some(images) = self.world.images.get_mut(ball) {
-            let passed = self.periods.images_passed(position);
+            let passed = self.predictor.periods().images_passed(position);
             if passed != DVec3::ZERO {
                 position -= passed * self.world.domain.size;
                 let passed = passed.to_array().map(|x| x as i32);
                 for axis in 0..3 {
                     images[axis] = images[axis].wrapping_add(passed[axis]);
                 }
-                self.cells.wrap(ball, passed);
+                self.nearby.wrap(ball, passed, self.world.domain.size);
             }
         }
         self.world.flights[ball] = Flight { position, velocity, start: now };

@@ -11,7 +11,10 @@
 
 use glam::DVec3;
 
-use super::{Boundary, Domain};
+use super::nearby::PlaneSet;
+use super::{Boundary, Domain, World};
+use crate::predict::crossing;
+use crate::time::Time;
 use crate::tolerance::CELL_MARGIN;
 
 const NOBODY: u32 = u32::MAX;
@@ -53,6 +56,11 @@ pub struct Face {
     pub upward: bool,
 }
 
+impl Face {
+    /// Where there are no cells.
+    pub const NONE: Self = Self { axis: 0, upward: false };
+}
+
 /// The nested grids and who is in which cell.
 #[derive(Clone, Debug)]
 pub struct Cells {
@@ -66,6 +74,8 @@ pub struct Cells {
     places: Vec<Place>,
     next: Vec<u32>,
     previous: Vec<u32>,
+    /// Empty where there are no planes.
+    planes: Vec<PlaneSet>,
 }
 
 impl Cells {
@@ -146,7 +156,26 @@ impl Cells {
             places,
             next: vec![NOBODY; radii.len()],
             previous: vec![NOBODY; radii.len()],
+            planes: Vec::new(),
         }
+    }
+
+    /// Cells for the balls where they are at `now`, everybody in.
+    pub fn lay_out(world: &World, now: Time) -> Self {
+        let (low, high) = world.extent(now);
+        let mut cells = Self::new(&world.domain, &world.radii, low, high);
+        if world.growth.is_some() {
+            // Balls are smaller than the radii that the cells were laid out for.
+            cells.visit_interiors();
+        }
+        if !world.planes.is_empty() {
+            cells.planes = vec![PlaneSet::NONE; world.len()];
+        }
+        for ball in 0..world.len() {
+            cells.insert(ball, world.position(ball, now));
+            cells.note_planes(world, ball);
+        }
+        cells
     }
 
     /// Contact distance (m) up to which two balls can only meet through their nearest images before either leaves its
@@ -163,7 +192,9 @@ impl Cells {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.places.len() * (size_of::<Place>() + 8) + self.levels.iter().map(|l| l.first.len() * 4).sum::<usize>()
+        self.places.len() * (size_of::<Place>() + 8)
+            + self.planes.len()
+            + self.levels.iter().map(|l| l.first.len() * 4).sum::<usize>()
     }
 
     /// Puts a ball at `position` (m) into its cell.
@@ -171,6 +202,12 @@ impl Cells {
         self.places[ball].coordinate = self.coordinate_at(position);
         let cell = self.cell_of(ball);
         self.link(ball, cell);
+    }
+
+    /// As [`Cells::insert`], of a ball that is in one already.
+    pub fn place(&mut self, ball: usize, position: DVec3) {
+        self.places[ball].coordinate = self.coordinate_at(position);
+        self.relink(ball);
     }
 
     fn coordinate_at(&self, position: DVec3) -> [i32; 3] {
@@ -192,10 +229,91 @@ impl Cells {
         let place = &mut self.places[ball];
         // Far out in open space the row of cells has closed on itself long ago; so may its numbers.
         place.coordinate[face.axis as usize] = place.coordinate[face.axis as usize].wrapping_add(step);
+        self.relink(ball);
+    }
+
+    fn relink(&mut self, ball: usize) {
         let cell = self.cell_of(ball);
         if cell != self.places[ball].cell {
             self.unlink(ball);
             self.link(ball, cell);
+        }
+    }
+
+    /// Finds out which planes a ball can meet in its cell.
+    #[inline]
+    pub fn note_planes(&mut self, world: &World, ball: usize) {
+        if self.planes.is_empty() {
+            return;
+        }
+        let (mut low, mut high) = (DVec3::NEG_INFINITY, DVec3::INFINITY);
+        for axis in 0..3 {
+            if let Some(bounds) = self.bounds(ball, axis) {
+                (low[axis], high[axis]) = bounds;
+            }
+        }
+        self.planes[ball] = PlaneSet::near(world, world.radii[ball], low, high, 0.0);
+    }
+
+    /// The planes that a ball can meet in its cell.
+    #[inline(always)]
+    pub fn planes(&self, ball: usize) -> PlaneSet {
+        self.planes.get(ball).copied().unwrap_or(PlaneSet::NONE)
+    }
+
+    /// When and through which face `ball` next leaves its cell.
+    #[inline(always)]
+    pub fn next_crossing(&self, world: &World, ball: usize, now: Time) -> (Time, Face) {
+        let flight = &world.flights[ball];
+        let acceleration = world.acceleration(ball);
+        let elapsed = now.since(flight.start);
+        let mut least = f64::INFINITY;
+        let mut face = Face::NONE;
+        for axis in 0..3 {
+            let Some((low, high)) = self.bounds(ball, axis) else { continue };
+            let (x, v, a) = (flight.position[axis], flight.velocity[axis], acceleration[axis]);
+            // Without acceleration only the face ahead can be reached.
+            if a != 0.0 || v > 0.0 {
+                let up = crossing::time_of_passage(x, v, a, high, elapsed);
+                if up < least {
+                    least = up;
+                    face = Face { axis: axis as u8, upward: true };
+                }
+            }
+            if a != 0.0 || v < 0.0 {
+                let down = crossing::time_of_passage(-x, -v, -a, -low, elapsed);
+                if down < least {
+                    least = down;
+                    face = Face { axis: axis as u8, upward: false };
+                }
+            }
+        }
+        (world.clock.after(flight.start, least), face)
+    }
+
+    /// By how many halvings the smallest balls' cells are finer than the largest balls'.
+    pub fn depth(&self) -> u32 {
+        self.levels.first().map_or(0, |level| level.shift)
+    }
+
+    /// By how many halvings the smallest balls' cells are finer than this ball's.
+    #[inline(always)]
+    pub fn levels_below(&self, ball: usize) -> u32 {
+        self.levels[self.places[ball].level as usize].shift
+    }
+
+    /// By how many halvings the cells of `other` are finer than this ball's; negative if they are coarser.
+    pub fn levels_above(&self, ball: usize, other: usize) -> i32 {
+        self.levels_below(ball) as i32 - self.levels_below(other) as i32
+    }
+
+    /// As [`Cells::near`], only those whose cells are finer by more than so many halvings.
+    pub fn near_smaller(&self, ball: usize, radius: f64, halvings: u32, mut visit: impl FnMut(u32)) {
+        let place = self.places[ball];
+        for level in &self.levels {
+            if self.levels_below(ball) > level.shift + halvings {
+                self.shell(level, level.coordinate(&place), radius, ball, &mut visit);
+            }
         }
     }
 
@@ -213,7 +331,7 @@ impl Cells {
     fn cell_of(&self, ball: usize) -> u32 {
         let place = &self.places[ball];
         let level = &self.levels[place.level as usize];
-        level.index(std::array::from_fn(|axis| (place.coordinate[axis] >> level.shift).rem_euclid(level.count[axis])))
+        level.index(level.coordinate(place))
     }
 
     fn link(&mut self, ball: usize, cell: u32) {
@@ -255,8 +373,7 @@ impl Cells {
     #[inline(always)]
     fn near_place(&self, place: Place, radius: f64, ball: usize, mut visit: impl FnMut(u32)) {
         for (row, level) in self.levels.iter().enumerate() {
-            let coordinate: [i32; 3] =
-                std::array::from_fn(|axis| (place.coordinate[axis] >> level.shift).rem_euclid(level.count[axis]));
+            let coordinate = level.coordinate(&place);
             if row as u32 <= place.level {
                 self.beside(level, coordinate, ball, &mut visit);
             } else {
@@ -274,7 +391,7 @@ impl Cells {
         if self.levels.len() > 1 || level.count[axis] < 4 {
             return self.near(ball, radius, visit);
         }
-        let coordinate: [i32; 3] = std::array::from_fn(|axis| place.coordinate[axis].rem_euclid(level.count[axis]));
+        let coordinate = level.coordinate(&place);
         let mut ranges: [([i32; 3], usize); 3] =
             std::array::from_fn(|axis| neighbours(coordinate[axis], level.count[axis]));
         let ahead = if face.upward { ranges[axis].0[2] } else { ranges[axis].0[0] };
@@ -385,6 +502,23 @@ impl Row {
 }
 
 impl Level {
+    /// The coordinate of a ball's cell on this level.
+    #[inline(always)]
+    fn coordinate(&self, place: &Place) -> [i32; 3] {
+        std::array::from_fn(|axis| {
+            let coordinate = place.coordinate[axis] >> self.shift;
+            let count = self.count[axis];
+            // Almost always within one turn of the closed row: no division.
+            if (0..count).contains(&coordinate) {
+                coordinate
+            } else if (-count..0).contains(&coordinate) {
+                coordinate + count
+            } else {
+                coordinate.rem_euclid(count)
+            }
+        })
+    }
+
     #[inline(always)]
     fn index(&self, coordinate: [i32; 3]) -> u32 {
         ((coordinate[2] * self.count[1] + coordinate[1]) * self.count[0] + coordinate[0]) as u32

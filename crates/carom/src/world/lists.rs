@@ -1,0 +1,314 @@
+//! Neighbour lists: each ball knows whom it can touch while it stays within a sphere around the point where its list was
+//! made, and they within theirs. It looks around again only when it leaves that sphere.
+//!
+//! Two balls whose list centres are farther apart than the sum of their radii and of both spheres' radii cannot touch. Lists
+//! are symmetric, so that a ball that looks around again writes itself into its neighbours' lists and nobody else has to
+//! look; but a ball does not keep a list of much smaller ones: it finds them in the cells of their list centres.
+//! (Donev, Torquato and Stillinger 2005, with one sphere for all.)
+
+use glam::DVec3;
+
+use super::cells::Cells;
+use super::nearby::PlaneSet;
+use super::{Boundary, World};
+use crate::predict::Periods;
+use crate::predict::lanes::MOST;
+use crate::time::Time;
+use crate::tolerance::CELL_MARGIN;
+
+/// Lists are as wide as to hold about so many: two vectors of eight, with room for the crowded.
+const NEIGHBOURS: f64 = 12.5;
+/// Below this share of space filled with balls, cells are cheaper.
+const LEAST_PACKING: f64 = 0.2;
+/// So few balls are all in each other's way.
+const FEWEST: usize = 64;
+/// Levels of sizes (each half the one above) down to which a ball lists smaller ones.
+const LEVELS_LISTED: u32 = 2;
+
+/// Where a ball's list was made, and where the list is.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+struct Shell {
+    /// Where the ball was (m), in the periodic image of its flight.
+    centre: DVec3,
+    /// First of its blocks of [`MOST`] places.
+    start: u32,
+    /// How many are on the list.
+    len: u16,
+    /// How many blocks there are.
+    blocks: u16,
+}
+
+/// All lists.
+#[derive(Clone, Debug)]
+pub struct Lists {
+    /// The cells of the list centres.
+    cells: Cells,
+    periods: Periods,
+    /// How far (m) a ball goes from the centre before it looks around again.
+    displacement: f64,
+    shells: Vec<Shell>,
+    /// Places of all lists, in blocks; what is left of a list's last block holds the ball itself.
+    blocks: Vec<[u32; MOST]>,
+    /// Rows given back, by their number of blocks.
+    free: Vec<Vec<u32>>,
+    planes: Vec<PlaneSet>,
+    /// Whether any ball finds smaller ones in the cells.
+    unlisted: bool,
+    found: Vec<u32>,
+}
+
+impl Lists {
+    /// Lists for the balls where they are at `now`; `None` where cells serve better.
+    pub fn new(world: &World, now: Time) -> Option<Self> {
+        if world.growth.is_some() || world.len() < FEWEST {
+            return None;
+        }
+        let displacement = displacement(world, now)?;
+        let largest = world.radii.iter().copied().fold(0.0, f64::max);
+        // Near images are unique as long as neighbours are less than half the box apart.
+        let farthest = 2.0 * largest + 4.0 * displacement * (1.0 + CELL_MARGIN);
+        let narrow =
+            (0..3).any(|k| world.domain.boundary[k] == Boundary::Periodic && 0.49 * world.domain.size[k] < farthest);
+        if narrow {
+            return None;
+        }
+        let spheres: Vec<f64> = world.radii.iter().map(|radius| radius + displacement * (1.0 + CELL_MARGIN)).collect();
+        let (low, high) = world.extent(now);
+        let mut cells = Cells::new(&world.domain, &spheres, low, high);
+        cells.visit_interiors();
+        let mut lists = Self {
+            periods: Periods::of(&world.domain),
+            displacement,
+            shells: vec![Shell { centre: DVec3::ZERO, start: 0, len: 0, blocks: 0 }; world.len()],
+            blocks: Vec::with_capacity(2 * world.len()),
+            free: Vec::new(),
+            planes: if world.planes.is_empty() { Vec::new() } else { vec![PlaneSet::NONE; world.len()] },
+            unlisted: cells.depth() > LEVELS_LISTED,
+            cells,
+            found: Vec::new(),
+        };
+        for ball in 0..world.len() {
+            lists.shells[ball].centre = world.position(ball, now);
+            lists.cells.insert(ball, lists.shells[ball].centre);
+        }
+        for ball in 0..world.len() {
+            lists.look_around(world, ball, false);
+        }
+        Some(lists)
+    }
+
+    /// The ball's list, filled up with the ball itself.
+    #[inline(always)]
+    pub fn row(&self, ball: usize) -> &[u32] {
+        let shell = &self.shells[ball];
+        let used = usize::from(shell.len).div_ceil(MOST);
+        self.blocks[shell.start as usize..shell.start as usize + used].as_flattened()
+    }
+
+    /// Whether the ball has to look for smaller ones beside its list.
+    #[inline(always)]
+    pub fn sees_smaller(&self, ball: usize) -> bool {
+        self.unlisted && self.cells.levels_below(ball) > LEVELS_LISTED
+    }
+
+    /// Calls `visit` with the balls too small for the ball's list that it can meet.
+    pub fn smaller(&self, world: &World, ball: usize, visit: impl FnMut(u32)) {
+        self.cells.near_smaller(ball, self.sphere(world, ball), LEVELS_LISTED, visit);
+    }
+
+    fn sphere(&self, world: &World, ball: usize) -> f64 {
+        world.radii[ball] + self.displacement * (1.0 + CELL_MARGIN)
+    }
+
+    /// The planes within reach.
+    #[inline(always)]
+    pub fn planes(&self, ball: usize) -> PlaneSet {
+        self.planes.get(ball).copied().unwrap_or(PlaneSet::NONE)
+    }
+
+    /// When the ball leaves the sphere around its list's centre; under gravity maybe earlier, never later.
+    #[inline(always)]
+    pub fn leaves(&self, world: &World, ball: usize, now: Time) -> Time {
+        // From where it is now: of a long flight, the way since its start would leave no digits for the sphere.
+        let velocity = world.velocity(ball, now);
+        let from_centre = world.position(ball, now) - self.shells[ball].centre;
+        let within = self.displacement * self.displacement - from_centre.length_squared();
+        let speed_squared = velocity.length_squared();
+        let seconds = if world.gravity == DVec3::ZERO || world.is_fixed(ball) {
+            // |d + v t| = D, in the form that is stable for each sign of d·v.
+            let outward = from_centre.dot(velocity);
+            let root = (outward * outward + speed_squared * within).max(0.0).sqrt();
+            if outward > 0.0 { within / (root + outward) } else { (root - outward) / speed_squared }
+        } else {
+            // |d| + |v| t + |g| t²/2 = D.
+            let (gap, speed) = (self.displacement - from_centre.length(), speed_squared.sqrt());
+            2.0 * gap / (speed + (speed_squared + 2.0 * world.gravity.length() * gap).max(0.0).sqrt())
+        };
+        // A ball at rest never leaves (0/0).
+        if seconds.is_nan() { Time::NEVER } else { world.clock.after(now, seconds.max(0.0)) }
+    }
+
+    /// Follows a ball that was put back into the box.
+    pub fn wrap(&mut self, ball: usize, shift: DVec3) {
+        self.shells[ball].centre -= shift;
+    }
+
+    /// Makes the ball's list anew where the ball is at `now`.
+    pub fn renew(&mut self, world: &World, ball: usize, now: Time) {
+        self.withdraw(ball);
+        let centre = world.position(ball, now);
+        self.shells[ball].centre = centre;
+        self.cells.place(ball, centre);
+        self.look_around(world, ball, true);
+    }
+
+    /// Takes the ball off its neighbours' lists, and empties its own.
+    fn withdraw(&mut self, ball: usize) {
+        let Shell { start, len, .. } = self.shells[ball];
+        for k in 0..usize::from(len) {
+            let other = self.blocks[start as usize + k / MOST][k % MOST];
+            self.remove(other as usize, ball as u32);
+        }
+        self.shells[ball].len = 0;
+    }
+
+    /// Finds those within reach, and puts them on the ball's list; `mutual`: and the ball on theirs.
+    fn look_around(&mut self, world: &World, ball: usize, mutual: bool) {
+        let centre = self.shells[ball].centre;
+        let (radius, reach) = (world.radii[ball], 2.0 * self.displacement * (1.0 + CELL_MARGIN));
+        let fixed = world.is_fixed(ball);
+        let mut found = std::mem::take(&mut self.found);
+        found.clear();
+        self.cells.near(ball, self.sphere(world, ball), |other| {
+            let apart = self.periods.nearest(centre - self.shells[other as usize].centre);
+            let within = radius + world.radii[other as usize] + reach;
+            if apart.length_squared() < within * within {
+                found.push(other);
+            }
+        });
+        for &other in &found {
+            // Two bodies in prescribed motion pass through each other.
+            if fixed && world.is_fixed(other as usize) {
+                continue;
+            }
+            let levels = if self.unlisted { self.cells.levels_above(ball, other as usize) } else { 0 };
+            if levels <= LEVELS_LISTED as i32 {
+                self.add(ball, other);
+            }
+            // A small one may still have a large one on its list that has moved since.
+            let known = levels > LEVELS_LISTED as i32 && self.place_of(other as usize, ball as u32).is_some();
+            if mutual && -levels <= LEVELS_LISTED as i32 && !known {
+                self.add(other as usize, ball as u32);
+            }
+        }
+        self.found = found;
+        if !self.planes.is_empty() {
+            let around = self.displacement * (1.0 + CELL_MARGIN);
+            self.planes[ball] = PlaneSet::near(world, radius, centre, centre, around);
+        }
+    }
+
+    #[inline]
+    fn add(&mut self, ball: usize, other: u32) {
+        let len = usize::from(self.shells[ball].len);
+        if len == usize::from(self.shells[ball].blocks) * MOST {
+            self.enlarge(ball);
+        }
+        let shell = &mut self.shells[ball];
+        let block = &mut self.blocks[shell.start as usize + len / MOST];
+        if len % MOST == 0 {
+            *block = [ball as u32; MOST];
+        }
+        block[len % MOST] = other;
+        shell.len += 1;
+    }
+
+    fn place_of(&self, ball: usize, other: u32) -> Option<usize> {
+        let Shell { start, len, .. } = self.shells[ball];
+        let used = usize::from(len).div_ceil(MOST);
+        for (row, block) in self.blocks[start as usize..start as usize + used].iter().enumerate() {
+            // Without a branch in it, so that the compiler compares side by side.
+            let mut hits = 0;
+            for (place, &id) in block.iter().enumerate() {
+                hits |= u32::from(id == other) << place;
+            }
+            if hits != 0 {
+                return Some(row * MOST + hits.trailing_zeros() as usize);
+            }
+        }
+        None
+    }
+
+    #[inline]
+    fn remove(&mut self, ball: usize, other: u32) {
+        let Some(place) = self.place_of(ball, other) else { return };
+        let shell = &mut self.shells[ball];
+        let (start, last) = (shell.start as usize, usize::from(shell.len) - 1);
+        shell.len -= 1;
+        self.blocks[start + place / MOST][place % MOST] = self.blocks[start + last / MOST][last % MOST];
+        self.blocks[start + last / MOST][last % MOST] = ball as u32;
+    }
+
+    /// Moves a full list to where there is more room.
+    #[cold]
+    fn enlarge(&mut self, ball: usize) {
+        let Shell { start, blocks, .. } = self.shells[ball];
+        let larger = blocks + (blocks / 2).max(if blocks == 0 { 2 } else { 1 });
+        let rows = usize::from(larger);
+        if self.free.len() <= rows {
+            self.free.resize(rows + 1, Vec::new());
+        }
+        let fresh = self.free[rows].pop().unwrap_or_else(|| {
+            let fresh = self.blocks.len() as u32;
+            self.blocks.resize(self.blocks.len() + rows, [ball as u32; MOST]);
+            fresh
+        });
+        self.blocks.copy_within(start as usize..start as usize + usize::from(blocks), fresh as usize);
+        if blocks > 0 {
+            self.free[usize::from(blocks)].push(start);
+        }
+        let shell = &mut self.shells[ball];
+        (shell.start, shell.blocks) = (fresh, larger);
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.cells.bytes()
+            + self.shells.len() * size_of::<Shell>()
+            + self.blocks.capacity() * size_of::<[u32; MOST]>()
+            + self.planes.len()
+    }
+}
+
+/// The displacement (m) with which a ball of middle size has about [`NEIGHBOURS`] on its list; `None` where lists do not pay.
+fn displacement(world: &World, now: Time) -> Option<f64> {
+    let (low, high) = world.extent(now);
+    let mut volume = 1.0;
+    let mut axes = 0;
+    for axis in 0..3 {
+        let size = if world.domain.boundary[axis] == Boundary::Open {
+            high[axis] - low[axis]
+        } else {
+            world.domain.size[axis]
+        };
+        if size > 0.0 && !(world.dimensions == 2 && axis == 2) {
+            volume *= size;
+            axes += 1;
+        }
+    }
+    let count = world.len() as f64;
+    let ball = |radius: f64| match axes {
+        3 => 4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius,
+        2 => std::f64::consts::PI * radius * radius,
+        _ => 2.0 * radius,
+    };
+    let packing = world.radii.iter().map(|&radius| ball(radius)).sum::<f64>() / volume;
+    if axes < 2 || packing < LEAST_PACKING {
+        return None;
+    }
+    let mean = world.radii.iter().sum::<f64>() / count;
+    let within = (NEIGHBOURS + 1.0) * volume / count;
+    let reach = if axes == 3 { (within / ball(1.0)).cbrt() } else { (within / ball(1.0)).sqrt() };
+    Some((0.5 * reach - mean).max(0.05 * mean))
+}

@@ -1,0 +1,155 @@
+//! Who can meet whom before somebody leaves the place for which that was found out: his cell, or the sphere around the centre
+//! of his list. Neither ever writes a state, and no impact depends on which of the two is used.
+
+use glam::DVec3;
+
+use super::World;
+use super::cells::{Cells, Face};
+use super::lists::Lists;
+use crate::predict::lanes::MOST;
+use crate::time::Time;
+use crate::tolerance::CELL_MARGIN;
+
+/// The two ways to know who is near.
+#[derive(Clone, Debug)]
+pub enum Nearby {
+    /// Whoever is in the cells beside: where balls are few or of very different sizes, and in narrow boxes.
+    Cells(Cells),
+    /// Whoever is on the ball's list: where balls are many.
+    Lists(Lists),
+}
+
+impl Nearby {
+    /// For the balls of `world` where they are at `now`.
+    pub fn lay_out(world: &World, now: Time) -> Self {
+        match Lists::new(world, now) {
+            Some(lists) => Self::Lists(lists),
+            None => Self::Cells(Cells::lay_out(world, now)),
+        }
+    }
+
+    /// The rows of whoever `ball` can meet before either leaves its place, filled up with `ball` itself to a multiple of
+    /// [`MOST`]. `room` is room to work in.
+    #[inline(always)]
+    pub fn row<'a>(&'a self, world: &World, ball: usize, room: &'a mut Vec<u32>) -> &'a [u32] {
+        match self {
+            Self::Lists(lists) if !lists.sees_smaller(ball) => lists.row(ball),
+            Self::Lists(lists) => {
+                room.clear();
+                room.extend_from_slice(lists.row(ball));
+                lists.smaller(world, ball, |other| room.push(other));
+                filled_up(room, ball)
+            }
+            Self::Cells(cells) => {
+                room.clear();
+                cells.near(ball, world.radii[ball], |other| room.push(other));
+                if world.is_fixed(ball) {
+                    // Two bodies in prescribed motion pass through each other.
+                    room.retain(|&other| !world.is_fixed(other as usize));
+                }
+                filled_up(room, ball)
+            }
+        }
+    }
+
+    /// The planes that `ball` can meet before it leaves its place.
+    #[inline(always)]
+    pub fn planes(&self, ball: usize) -> PlaneSet {
+        match self {
+            Self::Cells(cells) => cells.planes(ball),
+            Self::Lists(lists) => lists.planes(ball),
+        }
+    }
+
+    /// When `ball` leaves its place, and through which face if that is a cell.
+    #[inline(always)]
+    pub fn leaves(&self, world: &World, ball: usize, now: Time) -> (Time, Face) {
+        match self {
+            Self::Cells(cells) => cells.next_crossing(world, ball, now),
+            Self::Lists(lists) => (lists.leaves(world, ball, now), Face::NONE),
+        }
+    }
+
+    /// Follows a ball that was put back into the box by `images` sizes.
+    pub fn wrap(&mut self, ball: usize, images: [i32; 3], size: DVec3) {
+        match self {
+            Self::Cells(cells) => cells.wrap(ball, images),
+            Self::Lists(lists) => lists.wrap(ball, DVec3::from_array(images.map(f64::from)) * size),
+        }
+    }
+
+    /// Contact distance (m) up to which two balls that are near can only meet through their nearest images.
+    pub fn nearest_image_reach(&self) -> f64 {
+        match self {
+            Self::Cells(cells) => cells.nearest_image_reach(),
+            // Lists are made only where a box is wide enough for them.
+            Self::Lists(_) => f64::INFINITY,
+        }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Cells(cells) => cells.bytes(),
+            Self::Lists(lists) => lists.bytes(),
+        }
+    }
+}
+
+/// Fills a row up with the ball itself, which never approaches itself.
+#[inline(always)]
+pub fn filled_up(row: &mut Vec<u32>, ball: usize) -> &[u32] {
+    row.resize(row.len().next_multiple_of(MOST), ball as u32);
+    row
+}
+
+/// Some of the planes: the first seven by their rows, the others only together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlaneSet(u8);
+
+impl PlaneSet {
+    /// All of them.
+    pub const ALL: Self = Self(u8::MAX);
+    /// None of them.
+    pub const NONE: Self = Self(0);
+
+    #[inline(always)]
+    fn bit(row: usize) -> u8 {
+        1 << row.min(7)
+    }
+
+    /// Whether the plane in this row may be one of them.
+    #[inline(always)]
+    pub fn contains(self, row: usize) -> bool {
+        self.0 & Self::bit(row) != 0
+    }
+
+    /// Whether there are none.
+    #[inline(always)]
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Those that a ball of `radius` (m) can touch while its centre is between `low` and `high` (m; either may be infinite)
+    /// and that distance (m) around.
+    pub fn near(world: &World, radius: f64, low: DVec3, high: DVec3, around: f64) -> Self {
+        let mut set = Self::NONE;
+        for (row, plane) in world.planes.iter().enumerate() {
+            let mut nearest = 0.0;
+            let mut largest = plane.offset.abs() + radius + around;
+            for axis in 0..3 {
+                let n = plane.normal[axis];
+                let x = if n > 0.0 { low[axis] } else { high[axis] };
+                if n != 0.0 {
+                    nearest += n * x;
+                    largest += x.abs();
+                }
+            }
+            let gap = nearest - plane.offset - radius - around;
+            if !(gap > CELL_MARGIN * largest) || plane.velocity != DVec3::ZERO {
+                set.0 |= Self::bit(row);
+            }
+        }
+        set
+    }
+}
