@@ -186,8 +186,8 @@ pub fn gravity_moment(world: &World, ball: usize, time: Time) -> DVec3 {
         return DVec3::ZERO;
     }
     let flight = &world.flights[ball];
-    let seconds = time.since(flight.start);
-    let path = (flight.position + flight.velocity * (0.5 * seconds)) * seconds;
+    let seconds = time.since(flight.start());
+    let path = (flight.position() + flight.velocity() * (0.5 * seconds)) * seconds;
     path.cross(world.gravity) * world.bodies[ball].mass
 }
 

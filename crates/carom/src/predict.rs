@@ -83,7 +83,7 @@ impl<'a> Seeker<'a> {
             flight,
             radius,
             contact_distance: predictor.contact_distance,
-            age: now.since(flight.start),
+            age: now.since(flight.start()),
             plain: predictor.straight && radius + predictor.largest_radius <= predictor.nearest_image_reach,
             nearest_image_reach: predictor.nearest_image_reach,
         }
@@ -95,11 +95,11 @@ impl<'a> Seeker<'a> {
     #[inline(always)]
     fn seen_from(&self, other: usize) -> (DVec3, DVec3, f64) {
         let theirs = &self.world.flights[other];
-        let ahead = self.flight.start.since(theirs.start);
+        let ahead = self.flight.start().since(theirs.start());
         let (mine_flown, theirs_flown) = ((-ahead).max(0.0), ahead.max(0.0));
-        let mut r = (self.flight.position + self.flight.velocity * mine_flown)
-            - (theirs.position + theirs.velocity * theirs_flown);
-        let mut v = self.flight.velocity - theirs.velocity;
+        let mut r = (self.flight.position() + self.flight.velocity() * mine_flown)
+            - (theirs.position() + theirs.velocity() * theirs_flown);
+        let mut v = self.flight.velocity() - theirs.velocity();
         let (mine, their) = (self.world.acceleration(self.ball), self.world.acceleration(other));
         if mine != DVec3::ZERO || their != DVec3::ZERO {
             r += (mine * (mine_flown * mine_flown) - their * (theirs_flown * theirs_flown)) * 0.5;
@@ -117,7 +117,7 @@ impl<'a> Seeker<'a> {
     /// When the ball and `other` next touch.
     fn impact_with(&self, other: usize) -> Time {
         let (r, v, mine_flown) = self.seen_from(other);
-        let start = if mine_flown > 0.0 { self.world.flights[other].start } else { self.flight.start };
+        let start = if mine_flown > 0.0 { self.world.flights[other].start() } else { self.flight.start() };
         if !self.periods.any || self.radius + self.world.radii[other] <= self.nearest_image_reach {
             return self.meet(other, r, v, start);
         }
@@ -148,8 +148,8 @@ impl<'a> Seeker<'a> {
             return 0.0;
         }
         let depth = self.radius + world.radii[other] - r.length();
-        let largest = self.flight.position.abs().max(theirs.position.abs()).max_element();
-        let speeds = self.flight.velocity.length() + theirs.velocity.length();
+        let largest = self.flight.position().abs().max(theirs.position().abs()).max_element();
+        let speeds = self.flight.velocity().length() + theirs.velocity().length();
         resting_time(-r.dot(v) / r.length(), speeds, depth, largest.max(self.radius + world.radii[other]))
     }
 
@@ -163,8 +163,8 @@ impl<'a> Seeker<'a> {
             }
             if soonest.seconds > 0.0 {
                 let other = row[soonest.place];
-                let theirs = self.world.flights[other as usize].start;
-                let start = if self.flight.start.since(theirs) < 0.0 { theirs } else { self.flight.start };
+                let theirs = self.world.flights[other as usize].start();
+                let start = if self.flight.start().since(theirs) < 0.0 { theirs } else { self.flight.start() };
                 first.consider(self.world.clock.after(start, soonest.seconds), Partner::ball(other), same);
                 // Measured from one's own start, times err by a few ulps: those in doubt are looked at again.
                 first.tied |=
@@ -205,7 +205,7 @@ impl<'a> Seeker<'a> {
         } else {
             let (free, prescribed) = if fixed { (other, self.ball) } else { (self.ball, other) };
             let in_contact = world.bodies[free].last_partner == Partner::ball(prescribed as u32)
-                && world.flights[free].start == start;
+                && world.flights[free].start() == start;
             let a = if fixed { -world.gravity } else { world.gravity };
             ball_ball_accelerated::time_of_impact(r, v, a, contact_distance, in_contact)
         };
@@ -219,10 +219,10 @@ pub fn ball_plane_impact(world: &World, ball: usize, row: usize) -> Time {
     let plane = &world.planes[row];
     let flight = &world.flights[ball];
     let n = plane.normal;
-    let radius = world.radius(ball, flight.start);
-    let gap = n.dot(flight.position) - plane.offset_at(flight.start) - radius;
+    let radius = world.radius(ball, flight.start());
+    let gap = n.dot(flight.position()) - plane.offset_at(flight.start()) - radius;
     let growth = world.growth.map_or(0.0, |growth| growth.rate * world.radii[ball]);
-    let speed = n.dot(flight.velocity - plane.velocity) - growth;
+    let speed = n.dot(flight.velocity() - plane.velocity) - growth;
     let in_contact = world.bodies[ball].last_partner == Partner::plane(row as u32);
     match ball_plane::time_of_impact(gap, speed, n.dot(world.gravity), in_contact) {
         // As `Seeker::rest`; under gravity a contact that lasts is an error of its own.
@@ -231,11 +231,11 @@ pub fn ball_plane_impact(world: &World, ball: usize, row: usize) -> Time {
                 && world.gravity == DVec3::ZERO
                 && world.restitution.of(world.bodies[ball].material, plane.material) == 0.0 =>
         {
-            let speeds = flight.velocity.length() + plane.velocity.length();
-            let largest = flight.position.abs().max_element().max(radius).max(plane.offset.abs());
-            world.clock.after(flight.start, resting_time(-speed, speeds, -gap, largest))
+            let speeds = flight.velocity().length() + plane.velocity.length();
+            let largest = flight.position().abs().max_element().max(radius).max(plane.offset.abs());
+            world.clock.after(flight.start(), resting_time(-speed, speeds, -gap, largest))
         }
-        Some(seconds) => world.clock.after(flight.start, seconds),
+        Some(seconds) => world.clock.after(flight.start(), seconds),
         None => Time::NEVER,
     }
 }
@@ -325,13 +325,13 @@ impl First {
 }
 
 impl Predictor {
-    /// For a world in which balls find each other by `nearby`. `lanes`: at most so many numbers side by side.
-    pub fn new(world: &World, nearby: &Nearby, lanes: usize) -> Self {
+    /// For a world in which balls find each other by `nearby`.
+    pub fn new(world: &World, nearby: &Nearby, width: Width) -> Self {
         let largest_radius = world.radii.iter().copied().fold(0.0, f64::max);
         let of_one_size = world.radii.iter().all(|&radius| radius == largest_radius);
         let any_fixed = (0..world.len()).any(|ball| world.is_fixed(ball));
         Self {
-            width: Width::at_most(lanes),
+            width,
             periods: Periods::of(&world.domain),
             contact_distance: of_one_size.then_some(largest_radius + largest_radius),
             largest_radius,

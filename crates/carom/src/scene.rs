@@ -217,10 +217,7 @@ impl Scene {
             domain: self.domain,
             restitution,
             ids: order.iter().map(|&row| balls.ids[row]).collect(),
-            flights: order
-                .iter()
-                .map(|&row| Flight { position: balls.positions[row], velocity: balls.velocities[row], start })
-                .collect(),
+            flights: order.iter().map(|&row| Flight::new(balls.positions[row], balls.velocities[row], start)).collect(),
             radii: order.iter().map(|&row| balls.radii[row]).collect(),
             bodies: order
                 .iter()

@@ -10,7 +10,8 @@ use std::collections::BinaryHeap;
 use crate::error::CollapseError;
 use crate::event::{Rank, Upcoming};
 use crate::ledger::{Balance, Ledger};
-use crate::predict::{self, First, Predictor, lanes};
+use crate::predict::lanes::Width;
+use crate::predict::{self, First, Predictor};
 use crate::queue::{Entry, Queue};
 use crate::record::{Impact, ImpactTable};
 use crate::time::Time;
@@ -67,6 +68,7 @@ enum Event {
 pub struct Simulation {
     world: World,
     now: Time,
+    width: Width,
     nearby: Nearby,
     predictor: Predictor,
     upcoming: Vec<Upcoming>,
@@ -91,13 +93,15 @@ impl Simulation {
     }
 
     fn at(world: World, now: Time, ledger: Ledger, counts: Counts, record: bool) -> Self {
-        let nearby = Nearby::lay_out(&world, now);
+        let width = Width::of_this_machine();
+        let nearby = Nearby::lay_out(&world, now, width);
         let guard = CollapseGuard::new(&world);
         let mut simulation = Self {
             now,
-            predictor: Predictor::new(&world, &nearby, lanes::MOST),
+            predictor: Predictor::new(&world, &nearby, width),
             queue: Queue::new(now, world.len(), world.clock.span() / 64.0),
             upcoming: vec![Upcoming::NOTHING; world.len()],
+            width,
             nearby,
             world,
             instant: BinaryHeap::new(),
@@ -381,8 +385,8 @@ impl Simulation {
     fn lay_out_anew(&mut self, now: Time) {
         self.crossings_at_layout = self.counts.crossings;
         self.counts.layouts += 1;
-        self.nearby = Nearby::lay_out(&self.world, now);
-        self.predictor = Predictor::new(&self.world, &self.nearby, lanes::MOST);
+        self.nearby = Nearby::lay_out(&self.world, now, self.width);
+        self.predictor = Predictor::new(&self.world, &self.nearby, self.width);
         self.instant.clear();
         for ball in 0..self.world.len() {
             self.predict(ball, now);

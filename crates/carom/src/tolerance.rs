@@ -39,6 +39,10 @@ pub const MOST_SPEEDUP: f64 = (1u64 << 22) as f64;
 /// two balls touch across a whole cell.
 pub const CELL_MARGIN: f64 = 1.0 / (1u64 << 20) as f64;
 
+/// What is searched in bins in single precision is searched this much farther (pure number, 128 units in the last place of
+/// the fractions of a bin), so that rounding cannot hide a neighbour.
+pub const BIN_MARGIN: f64 = 1.0 / (1u64 << 17) as f64;
+
 /// A touching pair rests when the speed v_AB·n is within this fraction of the two speeds (pure number: 4ε): it is then what
 /// rounding of the velocities and of the normal leaves of zero. It names a contact for those who ask, tells an impact law
 /// with e = 0 that the pair already is where the law wants it, and tells a collapse from an impact.

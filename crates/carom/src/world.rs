@@ -1,5 +1,6 @@
 //! What is true now: the balls, each with its own clock, the planes, the domain and the materials.
 
+pub mod bins;
 pub mod cells;
 pub mod lists;
 pub mod nearby;
@@ -253,13 +254,13 @@ impl World {
     /// A ball's centre (m) at `time`, not wrapped.
     pub fn position(&self, ball: usize, time: Time) -> DVec3 {
         let flight = &self.flights[ball];
-        flight.position_after(time.since(flight.start), self.acceleration(ball))
+        flight.position_after(time.since(flight.start()), self.acceleration(ball))
     }
 
     /// A ball's velocity (m/s) at `time`.
     pub fn velocity(&self, ball: usize, time: Time) -> DVec3 {
         let flight = &self.flights[ball];
-        flight.velocity_after(time.since(flight.start), self.acceleration(ball))
+        flight.velocity_after(time.since(flight.start()), self.acceleration(ball))
     }
 
     /// The least box (m) around all centres at `time`, not wrapped.
@@ -325,7 +326,8 @@ impl World {
     /// A free ball's energy (J) right after its last impact: kinetic and in gravity.
     pub fn energy(&self, ball: usize) -> f64 {
         let flight = &self.flights[ball];
-        0.5 * self.bodies[ball].mass * flight.velocity.length_squared() + self.potential_energy(ball, flight.position)
+        0.5 * self.bodies[ball].mass * flight.velocity().length_squared()
+            + self.potential_energy(ball, flight.position())
     }
 
     /// A position (m) as if the ball had never been put back into the box.

@@ -68,7 +68,7 @@ fn between_walls_in_regions_and_in_two_dimensions() {
                 size: vector(size, size, 0.0),
             };
             let world = check(&format!("two dimensions, {placement:?}"), &flat, 1.0);
-            assert!(world.flights.iter().all(|flight| flight.position.z == 0.0 && flight.velocity.z == 0.0));
+            assert!(world.flights.iter().all(|flight| flight.position().z == 0.0 && flight.velocity().z == 0.0));
         }
     }
 }

@@ -54,7 +54,7 @@ fn cases() -> Vec<(&'static str, Scene, u64, &'static str)> {
     for (id, flight) in world.ids.iter().zip(&world.flights) {
         let mut velocity = vector(0.0, 0.0, 0.0);
         velocity[(lcg.uniform() * 3.0) as usize] = if lcg.uniform() < 0.5 { 1.0 } else { -1.0 };
-        balls.push(support::ball(*id, flight.position, velocity, 0.5, 1.0), 3);
+        balls.push(support::ball(*id, flight.position(), velocity, 0.5, 1.0), 3);
     }
     lattice = Scene { balls, fills: Vec::new(), ..lattice };
     let mut column = scene((0..20).map(|i| {
@@ -107,8 +107,8 @@ fn any_order_of_insertion() {
                 let flight = &world.flights[row];
                 let ball = support::ball(
                     world.ids[row],
-                    flight.position,
-                    flight.velocity,
+                    flight.position(),
+                    flight.velocity(),
                     world.radii[row],
                     world.bodies[row].mass,
                 );

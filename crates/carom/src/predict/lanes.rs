@@ -42,12 +42,18 @@ pub trait Lanes: Copy {
     fn both(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// Either.
     fn either(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
-    /// Whether any is true.
-    fn any(self, mask: Self::Mask) -> bool;
+    /// Whether each is true, as bits, the first lane's lowest.
+    fn bits(self, mask: Self::Mask) -> u32;
+    /// a = b.
+    fn equal(self, a: Self::Numbers, b: Self::Numbers) -> Self::Mask;
+    /// The least of all.
+    fn least(self, a: Self::Numbers) -> f64;
     /// `a` where true, `b` elsewhere.
     fn select(self, mask: Self::Mask, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     /// Puts them into the first places of `into`.
     fn store(self, numbers: Self::Numbers, into: &mut [f64; MOST]);
+    /// Which of eight points are less than the root of `within` from `from`, as bits; in single precision.
+    fn within(self, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32;
     /// The lines of the flights at some places, turned into columns.
     fn columns(self, flights: &[Flight], places: &[u32]) -> [Self::Numbers; 8];
 }
@@ -175,8 +181,18 @@ impl Lanes for Narrow {
     }
 
     #[inline(always)]
-    fn any(self, mask: [bool; 2]) -> bool {
-        mask[0] | mask[1]
+    fn bits(self, mask: [bool; 2]) -> u32 {
+        u32::from(mask[0]) | u32::from(mask[1]) << 1
+    }
+
+    #[inline(always)]
+    fn equal(self, a: [f64; 2], b: [f64; 2]) -> [bool; 2] {
+        std::array::from_fn(|lane| a[lane] == b[lane])
+    }
+
+    #[inline(always)]
+    fn least(self, a: [f64; 2]) -> f64 {
+        if a[0] < a[1] { a[0] } else { a[1] }
     }
 
     #[inline(always)]
@@ -187,6 +203,16 @@ impl Lanes for Narrow {
     #[inline(always)]
     fn store(self, numbers: [f64; 2], into: &mut [f64; MOST]) {
         into[..2].copy_from_slice(&numbers);
+    }
+
+    #[inline(always)]
+    fn within(self, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32 {
+        let mut bits = 0;
+        for k in 0..8 {
+            let (x, y, z) = (at[0][k] - from[0], at[1][k] - from[1], at[2][k] - from[2]);
+            bits |= u32::from(x * x + y * y + z * z < within) << k;
+        }
+        bits
     }
 
     #[inline(always)]
@@ -250,8 +276,20 @@ impl Lanes for pulp::x86::V3 {
     }
 
     #[inline(always)]
-    fn any(self, mask: Self::Mask) -> bool {
-        self.avx._mm256_movemask_pd(mask) != 0
+    fn bits(self, mask: Self::Mask) -> u32 {
+        self.avx._mm256_movemask_pd(mask) as u32
+    }
+
+    #[inline(always)]
+    fn equal(self, a: Self::Numbers, b: Self::Numbers) -> Self::Mask {
+        self.avx._mm256_cmp_pd::<{ std::arch::x86_64::_CMP_EQ_OQ }>(a, b)
+    }
+
+    #[inline(always)]
+    fn least(self, a: Self::Numbers) -> f64 {
+        let halves = self.avx._mm256_min_pd(a, self.avx._mm256_permute2f128_pd::<0x01>(a, a));
+        let quarters = self.avx._mm256_min_pd(halves, self.avx._mm256_permute_pd::<0b0101>(halves));
+        self.avx2._mm256_cvtsd_f64(quarters)
     }
 
     #[inline(always)]
@@ -266,6 +304,11 @@ impl Lanes for pulp::x86::V3 {
     }
 
     #[inline(always)]
+    fn within(self, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32 {
+        within_eight(self.avx, at, from, within)
+    }
+
+    #[inline(always)]
     fn columns(self, flights: &[Flight], p: &[u32]) -> [Self::Numbers; 8] {
         let a: [Self::Numbers; 2] = pulp::cast(flights[p[0] as usize].line());
         let b: [Self::Numbers; 2] = pulp::cast(flights[p[1] as usize].line());
@@ -275,6 +318,18 @@ impl Lanes for pulp::x86::V3 {
         let [x4, x5, x6, x7] = turned_four(self, a[1], b[1], c[1], d[1]);
         [x0, x1, x2, x3, x4, x5, x6, x7]
     }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn within_eight(f: pulp::core_arch::x86::Avx, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32 {
+    let x = f._mm256_sub_ps(pulp::cast(at[0]), f._mm256_set1_ps(from[0]));
+    let y = f._mm256_sub_ps(pulp::cast(at[1]), f._mm256_set1_ps(from[1]));
+    let z = f._mm256_sub_ps(pulp::cast(at[2]), f._mm256_set1_ps(from[2]));
+    let plane = f._mm256_add_ps(f._mm256_mul_ps(x, x), f._mm256_mul_ps(y, y));
+    let squared = f._mm256_add_ps(plane, f._mm256_mul_ps(z, z));
+    let hits = f._mm256_cmp_ps::<{ std::arch::x86_64::_CMP_LT_OQ }>(squared, f._mm256_set1_ps(within));
+    f._mm256_movemask_ps(hits) as u32
 }
 
 /// Four lines of four numbers turned into columns.
@@ -347,8 +402,23 @@ impl Lanes for pulp::x86::V4 {
     }
 
     #[inline(always)]
-    fn any(self, mask: u8) -> bool {
-        mask != 0
+    fn bits(self, mask: u8) -> u32 {
+        u32::from(mask)
+    }
+
+    #[inline(always)]
+    fn equal(self, a: Self::Numbers, b: Self::Numbers) -> u8 {
+        self.avx512f._mm512_cmp_pd_mask::<{ std::arch::x86_64::_CMP_EQ_OQ }>(a, b)
+    }
+
+    #[inline(always)]
+    fn least(self, a: Self::Numbers) -> f64 {
+        let f = self.avx512f;
+        let halves = f._mm512_min_pd(a, f._mm512_shuffle_f64x2::<0b0100_1110>(a, a));
+        let quarters = f._mm512_min_pd(halves, f._mm512_shuffle_f64x2::<0b1011_0001>(halves, halves));
+        let eighths = f._mm512_min_pd(quarters, f._mm512_permute_pd::<0b0101_0101>(quarters));
+        let [least, ..]: [f64; 8] = pulp::cast(eighths);
+        least
     }
 
     #[inline(always)]
@@ -359,6 +429,11 @@ impl Lanes for pulp::x86::V4 {
     #[inline(always)]
     fn store(self, numbers: Self::Numbers, into: &mut [f64; MOST]) {
         *into = pulp::cast(numbers);
+    }
+
+    #[inline(always)]
+    fn within(self, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32 {
+        within_eight(self.avx, at, from, within)
     }
 
     #[inline(always)]
@@ -405,11 +480,11 @@ mod tests {
 
     fn check(lanes: impl Lanes) {
         let number = |lane: usize, column: usize| (10 * lane + column) as f64;
-        let flight = |lane: usize| Flight {
-            position: DVec3::new(number(lane, 0), number(lane, 1), number(lane, 2)),
-            velocity: DVec3::new(number(lane, 3), number(lane, 4), number(lane, 5)),
-            start: Time { epoch: number(lane, 6), offset: number(lane, 7) },
+        let vector = |lane: usize, column: usize| {
+            DVec3::new(number(lane, column), number(lane, column + 1), number(lane, column + 2))
         };
+        let start = |lane: usize| Time { epoch: number(lane, 6), offset: number(lane, 7) };
+        let flight = |lane: usize| Flight::new(vector(lane, 0), vector(lane, 3), start(lane));
         let flights: Vec<Flight> = (0..20).map(flight).collect();
         let places: [u32; MOST] = [3, 1, 4, 15, 9, 2, 6, 5];
         for (column, numbers) in lanes.columns(&flights, &places).into_iter().enumerate() {
@@ -428,8 +503,16 @@ mod tests {
             let expected = [x.min(3.0), x.max(3.0), if x < 3.0 { 3.0 } else { x }];
             assert_eq!(more.map(|r| stored(lanes, r)[lane]), expected);
         }
-        assert!(lanes.any(lanes.below(a, b)) && !lanes.any(lanes.both(lanes.below(a, b), lanes.below(b, a))));
-        assert!(!lanes.any(lanes.either(lanes.below(b, b), lanes.below(a, a))));
+        let all = (1 << stored(lanes, a).len()) - 1;
+        assert_eq!(lanes.bits(lanes.below(a, b)), 0b11);
+        assert_eq!(lanes.bits(lanes.equal(a, b)), 0b100 & all);
+        assert_eq!(lanes.bits(lanes.both(lanes.below(a, b), lanes.below(b, a))), 0);
+        assert_eq!(lanes.bits(lanes.either(lanes.below(a, b), lanes.below(b, a))), 0b1111_1011 & all);
+        assert_eq!(lanes.least(a), 1.0);
+        let line = [0.0f32, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f32::INFINITY];
+        assert_eq!(lanes.within(&[line, line, line], [2.0, 2.0, 2.0], 3.5), 0b1110);
+        let turned = lanes.gather(&[5.0, 4.0, 6.0, 3.0, 7.0, 8.0, 2.0, 9.0], &[0, 1, 2, 3, 4, 5, 6, 7]);
+        assert_eq!(lanes.least(turned), stored(lanes, turned).into_iter().fold(9.0, f64::min));
     }
 
     fn stored<L: Lanes>(lanes: L, numbers: L::Numbers) -> Vec<f64> {

@@ -63,8 +63,8 @@ impl<L: Lanes> Axis<L> {
     #[inline(always)]
     fn new(l: L, seeker: &Seeker, axis: usize) -> Self {
         Self {
-            position: l.all(seeker.flight.position[axis]),
-            velocity: l.all(seeker.flight.velocity[axis]),
+            position: l.all(seeker.flight.position()[axis]),
+            velocity: l.all(seeker.flight.velocity()[axis]),
             length: l.all(seeker.periods.length[axis]),
             inverse: l.all(seeker.periods.inverse[axis]),
             gravity: l.all(seeker.world.gravity[axis]),
@@ -119,7 +119,7 @@ fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool>(l: L, seeker: &S
     let flights = &seeker.world.flights[..];
     let zero = l.all(0.0);
     let never = l.all(f64::INFINITY);
-    let start = seeker.flight.start;
+    let start = seeker.flight.start();
     let (epoch, offset, age) = (l.all(start.epoch), l.all(start.offset), l.all(seeker.age));
     let axes = [Axis::new(l, seeker, 0), Axis::new(l, seeker, 1), Axis::new(l, seeker, 2)];
     let (mut best, mut best_seconds, mut best_block, mut second) = (never, never, zero, never);
@@ -145,7 +145,7 @@ fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool>(l: L, seeker: &S
         let doubtful = l.below(squared, l.mul(reach, l.all(1.0 + 8.0 * f64::EPSILON)));
         let approaching = l.below(b, zero);
         let hitting = l.below(miss, sweep);
-        if !l.any(l.both(approaching, l.either(hitting, doubtful))) {
+        if l.bits(l.both(approaching, l.either(hitting, doubtful))) == 0 {
             continue;
         }
         let apart = l.sqrt(squared);
@@ -168,27 +168,19 @@ fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool>(l: L, seeker: &S
 /// The first over all lanes.
 #[inline(always)]
 fn reduce<L: Lanes>(l: L, best: L::Numbers, seconds: L::Numbers, block: L::Numbers, second: L::Numbers) -> Soonest {
-    let [mut bests, mut all_seconds, mut blocks, mut seconds_best] = [[f64::INFINITY; MOST]; 4];
-    l.store(best, &mut bests);
+    let after_own_start = l.least(best);
+    let firsts = l.equal(best, l.all(after_own_start));
+    let lane = l.bits(firsts).trailing_zeros() as usize % MOST;
+    // The next after the first of one lane, unless several lanes have it.
+    let next = l.least(l.select(firsts, second, best));
+    let tied = l.bits(firsts).count_ones() > 1;
+    let [mut all_seconds, mut blocks] = [[0.0; MOST]; 2];
     l.store(seconds, &mut all_seconds);
     l.store(block, &mut blocks);
-    l.store(second, &mut seconds_best);
-    let mut first = 0;
-    for lane in 1..L::COUNT {
-        if bests[lane] < bests[first] {
-            first = lane;
-        }
-    }
-    let mut next = seconds_best[first];
-    for lane in 0..L::COUNT {
-        if lane != first && bests[lane] < next {
-            next = bests[lane];
-        }
-    }
     Soonest {
-        after_own_start: bests[first],
-        seconds: all_seconds[first],
-        place: blocks[first] as usize * L::COUNT + first,
-        next,
+        after_own_start,
+        seconds: all_seconds[lane],
+        place: blocks[lane] as usize * L::COUNT + lane,
+        next: if tied { after_own_start } else { next },
     }
 }

@@ -207,7 +207,7 @@ pub(super) fn geometry(world: &mut World, shrink: Option<f64>) -> Result<BuildRe
         Problem {
             other: Some(ids.1),
             depth: Some(pair.depth),
-            ..Problem::new("ball", Some(ids.0), "position", world.flights[pair.a].position, reason)
+            ..Problem::new("ball", Some(ids.0), "position", world.flights[pair.a].position(), reason)
         }
     }));
     if problems.is_empty() { Ok(report) } else { Err(CheckError { problems }) }

@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use super::{Ball, Balls, Scene};
 use crate::error::{CheckError, Problem};
+use crate::flight::Flight;
 use crate::random::Random;
 use crate::simulation::Simulation;
 use crate::tolerance;
@@ -557,7 +558,7 @@ impl Fill {
             from = to;
         }
         let mut places: Vec<(i64, DVec3)> =
-            world.ids.iter().zip(&world.flights).map(|(id, flight)| (*id, flight.position)).collect();
+            world.ids.iter().zip(&world.flights).map(|(id, flight)| (*id, flight.position())).collect();
         places.retain(|(id, _)| (self.first_id..self.first_id + radii.len() as i64).contains(id));
         places.sort_by_key(|(id, _)| *id);
         Ok(places.into_iter().map(|(_, position)| position).collect())
@@ -579,9 +580,7 @@ fn rest_and_cool(simulation: Simulation) -> World {
                 position[axis] -= (position[axis] / world.domain.size[axis]).round() * world.domain.size[axis];
             }
         }
-        world.flights[ball].position = position;
-        world.flights[ball].velocity = velocity;
-        world.flights[ball].start = start;
+        world.flights[ball] = Flight::new(position, velocity, start);
         if !world.is_fixed(ball) {
             energy += velocity.length_squared();
             free += f64::from(world.dimensions);
@@ -589,7 +588,7 @@ fn rest_and_cool(simulation: Simulation) -> World {
     }
     let factor = if energy > 0.0 { (free / energy).sqrt() } else { 1.0 };
     for flight in &mut world.flights {
-        flight.velocity *= factor;
+        *flight = Flight::new(flight.position(), flight.velocity() * factor, start);
     }
     for plane in &mut world.planes {
         plane.start = start;

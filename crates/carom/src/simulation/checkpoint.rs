@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::{Counts, Simulation};
 use crate::error::{CheckError, Problem};
+use crate::flight::Flight;
 use crate::ledger::{Ledger, Sum, VectorSum};
 use crate::time::Time;
 use crate::world::{Partner, World};
@@ -95,9 +96,9 @@ impl Simulation {
         for ball in 0..world.len() {
             let (flight, body) = (&world.flights[ball], &world.bodies[ball]);
             out.u64(world.ids[ball] as u64);
-            out.floats(&flight.position.to_array());
-            out.floats(&flight.velocity.to_array());
-            out.time(flight.start);
+            out.floats(&flight.position().to_array());
+            out.floats(&flight.velocity().to_array());
+            out.time(flight.start());
             out.floats(&[body.energy]);
             out.u64(u64::from(body.last_partner.bits()) << 32 | u64::from(body.impacts));
             if let Some(image) = world.images.get(ball) {
@@ -163,10 +164,7 @@ impl Simulation {
             if input.u64()? != world.ids[ball] as u64 {
                 return None;
             }
-            let flight = &mut world.flights[ball];
-            flight.position = input.vector()?;
-            flight.velocity = input.vector()?;
-            flight.start = input.time()?;
+            world.flights[ball] = Flight::new(input.vector()?, input.vector()?, input.time()?);
             let body = &mut world.bodies[ball];
             body.energy = input.f64()?;
             let packed = input.u64()?;

@@ -42,8 +42,8 @@ impl Simulation {
 
     fn resolve_balls(&mut self, a: usize, b: usize, now: Time) -> Result<Option<Impact>, CollapseError> {
         let arrived = [self.arrive(a, now), self.arrive(b, now)];
-        let separation = self.predictor.periods().nearest(arrived[0].position - arrived[1].position);
-        let relative = arrived[0].velocity - arrived[1].velocity;
+        let separation = self.predictor.periods().nearest(arrived[0].position() - arrived[1].position());
+        let relative = arrived[0].velocity() - arrived[1].velocity();
         let distance = separation.length();
         let normal = separation / distance;
         let growth = self.world.growth.map_or(0.0, |g| g.rate * (self.world.radii[a] + self.world.radii[b]));
@@ -57,8 +57,8 @@ impl Simulation {
         let restitution = self.world.restitution.of(bodies[0].material, bodies[1].material);
         let contact = Contact {
             normal,
-            velocity_a: arrived[0].velocity,
-            velocity_b: arrived[1].velocity,
+            velocity_a: arrived[0].velocity(),
+            velocity_b: arrived[1].velocity(),
             mass_a: bodies[0].mass,
             mass_b: bodies[1].mass,
             restitution,
@@ -84,7 +84,7 @@ impl Simulation {
         self.book_energy([Some(a), Some(b)], &contact, &outcome, elastic);
         for (row, other, sign) in [(a, b, 1.0), (b, a, -1.0)] {
             if self.world.is_fixed(other) && !self.world.is_fixed(row) {
-                let velocity = self.world.flights[other].velocity;
+                let velocity = self.world.flights[other].velocity();
                 self.book_impulse(row, normal * (sign * outcome.impulse), velocity);
             }
         }
@@ -94,7 +94,7 @@ impl Simulation {
             a: self.world.ids[a],
             b: self.world.ids[b],
             kind: Kind::BallBall,
-            point: arrived[0].position - normal * radius_a,
+            point: arrived[0].position() - normal * radius_a,
             normal,
             approach_speed: contact.approach_speed,
             separation_speed: (outcome.velocity_a - outcome.velocity_b).dot(normal),
@@ -102,7 +102,7 @@ impl Simulation {
             restitution,
             energy_lost: outcome.energy_lost,
             velocities: [contact.velocity_a, contact.velocity_b, outcome.velocity_a, outcome.velocity_b],
-            positions: [arrived[0].position, arrived[0].position - separation],
+            positions: [arrived[0].position(), arrived[0].position() - separation],
             masses: [contact.mass_a, contact.mass_b],
         }))
     }
@@ -113,7 +113,7 @@ impl Simulation {
         let arrived = self.arrive(ball, now);
         let n = plane.normal;
         let growth = self.world.growth.map_or(0.0, |g| g.rate * self.world.radii[ball]);
-        let approach_speed = growth - n.dot(arrived.velocity - plane.velocity);
+        let approach_speed = growth - n.dot(arrived.velocity() - plane.velocity);
         if approach_speed <= 0.0 {
             self.graze([(ball, partner)], &[arrived], now)?;
             return Ok(None);
@@ -122,7 +122,7 @@ impl Simulation {
         let restitution = self.world.restitution.of(body.material, plane.material);
         let contact = Contact {
             normal: n,
-            velocity_a: arrived.velocity,
+            velocity_a: arrived.velocity(),
             velocity_b: plane.velocity,
             mass_a: body.mass,
             mass_b: f64::INFINITY,
@@ -141,7 +141,7 @@ impl Simulation {
         self.settle(ball, partner, arrived, outcome.velocity_a, now);
         self.book_energy([Some(ball), None], &contact, &outcome, elastic);
         self.book_impulse(ball, n * outcome.impulse, plane.velocity);
-        let point = arrived.position - n * self.world.radius(ball, now);
+        let point = arrived.position() - n * self.world.radius(ball, now);
         let id = self.world.ids[ball];
         let ball_is_a = id < plane.id;
         let ordered = |x: DVec3, y: DVec3| if ball_is_a { [x, y] } else { [y, x] };
@@ -160,20 +160,20 @@ impl Simulation {
             restitution,
             energy_lost: outcome.energy_lost,
             velocities: [before_a, before_b, after_a, after_b],
-            positions: ordered(arrived.position, point),
+            positions: ordered(arrived.position(), point),
             masses: if ball_is_a { [body.mass, f64::INFINITY] } else { [f64::INFINITY, body.mass] },
         }))
     }
 
     /// The ball's state at `now`, still in the image where its flight began.
     fn arrive(&self, ball: usize, now: Time) -> Flight {
-        Flight { position: self.world.position(ball, now), velocity: self.world.velocity(ball, now), start: now }
+        Flight::new(self.world.position(ball, now), self.world.velocity(ball, now), now)
     }
 
     /// Seconds since the ball's last impact; infinite if it had none.
     fn since_impact(&self, ball: usize, now: Time) -> f64 {
         let had_none = self.world.bodies[ball].last_partner == Partner::NONE;
-        if had_none { f64::INFINITY } else { now.since(self.world.flights[ball].start) }
+        if had_none { f64::INFINITY } else { now.since(self.world.flights[ball].start()) }
     }
 
     /// Whether impacts that lose energy accumulate, this one being the last straw.
@@ -183,7 +183,7 @@ impl Simulation {
             return false;
         }
         let speeds = contact.velocity_a.length() + contact.velocity_b.length();
-        let place = |ball: usize| self.world.flights[ball].position.abs().max_element();
+        let place = |ball: usize| self.world.flights[ball].position().abs().max_element();
         let largest = rows.into_iter().flatten().map(place).fold(0.0, f64::max);
         let spent =
             contact.restitution > 0.0 && self.guard.is_spent(contact.approach_speed, speeds, since, touching(largest));
@@ -201,7 +201,7 @@ impl Simulation {
             return;
         }
         self.ledger.gravity_moment.add(gravity_moment(&self.world, ball, now));
-        let mut position = arrived.position;
+        let mut position = arrived.position();
         if let Some(images) = self.world.images.get_mut(ball) {
             let passed = self.predictor.periods().images_passed(position);
             if passed != DVec3::ZERO {
@@ -213,7 +213,7 @@ impl Simulation {
                 self.nearby.wrap(ball, passed, self.world.domain.size);
             }
         }
-        self.world.flights[ball] = Flight { position, velocity, start: now };
+        self.world.flights[ball] = Flight::new(position, velocity, now);
         let body = &mut self.world.bodies[ball];
         body.last_partner = partner;
         body.impacts = body.impacts.wrapping_add(1);
@@ -228,13 +228,13 @@ impl Simulation {
         now: Time,
     ) -> Result<(), CollapseError> {
         for (&(ball, partner), arrived) in bodies.iter().zip(arrived) {
-            let again = self.world.bodies[ball].last_partner == partner && self.world.flights[ball].start == now;
+            let again = self.world.bodies[ball].last_partner == partner && self.world.flights[ball].start() == now;
             if again && !self.world.is_fixed(ball) {
                 let resting = self.world.gravity != DVec3::ZERO;
                 let cause = if resting { Cause::Resting } else { Cause::Resolution };
                 return Err(self.collapse(ball, partner, now, cause));
             }
-            self.settle(ball, partner, *arrived, arrived.velocity, now);
+            self.settle(ball, partner, *arrived, arrived.velocity(), now);
         }
         Ok(())
     }
@@ -254,7 +254,7 @@ impl Simulation {
         if self.world.is_fixed(ball) {
             return 0.0;
         }
-        self.world.bodies[ball].energy - self.world.potential_energy(ball, arrived.position)
+        self.world.bodies[ball].energy - self.world.potential_energy(ball, arrived.position())
     }
 
     /// Carries each free ball's energy on: by work in elastic impacts, afresh from the velocity in others.
@@ -285,7 +285,7 @@ impl Simulation {
     /// Books what a body in prescribed motion gave to a free ball.
     fn book_impulse(&mut self, ball: usize, impulse: DVec3, prescribed_velocity: DVec3) {
         self.ledger.wall_impulse.add(impulse);
-        self.ledger.wall_moment.add(self.world.flights[ball].position.cross(impulse));
+        self.ledger.wall_moment.add(self.world.flights[ball].position().cross(impulse));
         self.ledger.work.add(impulse.dot(prescribed_velocity));
     }
 }

@@ -204,12 +204,6 @@ impl Cells {
         self.link(ball, cell);
     }
 
-    /// As [`Cells::insert`], of a ball that is in one already.
-    pub fn place(&mut self, ball: usize, position: DVec3) {
-        self.places[ball].coordinate = self.coordinate_at(position);
-        self.relink(ball);
-    }
-
     fn coordinate_at(&self, position: DVec3) -> [i32; 3] {
         let relative = (position - self.origin) / self.width;
         std::array::from_fn(|axis| if self.crossed[axis] { relative[axis].floor() as i32 } else { 0 })
@@ -229,10 +223,6 @@ impl Cells {
         let place = &mut self.places[ball];
         // Far out in open space the row of cells has closed on itself long ago; so may its numbers.
         place.coordinate[face.axis as usize] = place.coordinate[face.axis as usize].wrapping_add(step);
-        self.relink(ball);
-    }
-
-    fn relink(&mut self, ball: usize) {
         let cell = self.cell_of(ball);
         if cell != self.places[ball].cell {
             self.unlink(ball);
@@ -266,12 +256,12 @@ impl Cells {
     pub fn next_crossing(&self, world: &World, ball: usize, now: Time) -> (Time, Face) {
         let flight = &world.flights[ball];
         let acceleration = world.acceleration(ball);
-        let elapsed = now.since(flight.start);
+        let elapsed = now.since(flight.start());
         let mut least = f64::INFINITY;
         let mut face = Face::NONE;
         for axis in 0..3 {
             let Some((low, high)) = self.bounds(ball, axis) else { continue };
-            let (x, v, a) = (flight.position[axis], flight.velocity[axis], acceleration[axis]);
+            let (x, v, a) = (flight.position()[axis], flight.velocity()[axis], acceleration[axis]);
             // Without acceleration only the face ahead can be reached.
             if a != 0.0 || v > 0.0 {
                 let up = crossing::time_of_passage(x, v, a, high, elapsed);
@@ -288,33 +278,7 @@ impl Cells {
                 }
             }
         }
-        (world.clock.after(flight.start, least), face)
-    }
-
-    /// By how many halvings the smallest balls' cells are finer than the largest balls'.
-    pub fn depth(&self) -> u32 {
-        self.levels.first().map_or(0, |level| level.shift)
-    }
-
-    /// By how many halvings the smallest balls' cells are finer than this ball's.
-    #[inline(always)]
-    pub fn levels_below(&self, ball: usize) -> u32 {
-        self.levels[self.places[ball].level as usize].shift
-    }
-
-    /// By how many halvings the cells of `other` are finer than this ball's; negative if they are coarser.
-    pub fn levels_above(&self, ball: usize, other: usize) -> i32 {
-        self.levels_below(ball) as i32 - self.levels_below(other) as i32
-    }
-
-    /// As [`Cells::near`], only those whose cells are finer by more than so many halvings.
-    pub fn near_smaller(&self, ball: usize, radius: f64, halvings: u32, mut visit: impl FnMut(u32)) {
-        let place = self.places[ball];
-        for level in &self.levels {
-            if self.levels_below(ball) > level.shift + halvings {
-                self.shell(level, level.coordinate(&place), radius, ball, &mut visit);
-            }
-        }
+        (world.clock.after(flight.start(), least), face)
     }
 
     /// The bounds (m) of a ball's cell along an axis, where it has any.

@@ -3,16 +3,16 @@
 //!
 //! Two balls whose list centres are farther apart than the sum of their radii and of both spheres' radii cannot touch. Lists
 //! are symmetric, so that a ball that looks around again writes itself into its neighbours' lists and nobody else has to
-//! look; but a ball does not keep a list of much smaller ones: it finds them in the cells of their list centres.
+//! look; but a ball does not keep a list of much smaller ones: it finds them in the bins of their list centres.
 //! (Donev, Torquato and Stillinger 2005, with one sphere for all.)
 
 use glam::DVec3;
 
-use super::cells::Cells;
+use super::bins::Bins;
 use super::nearby::PlaneSet;
 use super::{Boundary, World};
 use crate::predict::Periods;
-use crate::predict::lanes::MOST;
+use crate::predict::lanes::{MOST, Width};
 use crate::time::Time;
 use crate::tolerance::CELL_MARGIN;
 
@@ -23,7 +23,7 @@ const LEAST_PACKING: f64 = 0.2;
 /// So few balls are all in each other's way.
 const FEWEST: usize = 64;
 /// Levels of sizes (each half the one above) down to which a ball lists smaller ones.
-const LEVELS_LISTED: u32 = 2;
+const LEVELS_LISTED: i32 = 2;
 
 /// Where a ball's list was made, and where the list is.
 #[derive(Clone, Copy, Debug)]
@@ -42,8 +42,9 @@ struct Shell {
 /// All lists.
 #[derive(Clone, Debug)]
 pub struct Lists {
-    /// The cells of the list centres.
-    cells: Cells,
+    width: Width,
+    /// Where the list centres are.
+    bins: Bins,
     periods: Periods,
     /// How far (m) a ball goes from the centre before it looks around again.
     displacement: f64,
@@ -53,14 +54,14 @@ pub struct Lists {
     /// Rows given back, by their number of blocks.
     free: Vec<Vec<u32>>,
     planes: Vec<PlaneSet>,
-    /// Whether any ball finds smaller ones in the cells.
+    /// Whether any ball finds smaller ones in the bins.
     unlisted: bool,
     found: Vec<u32>,
 }
 
 impl Lists {
     /// Lists for the balls where they are at `now`; `None` where cells serve better.
-    pub fn new(world: &World, now: Time) -> Option<Self> {
+    pub fn new(world: &World, now: Time, width: Width) -> Option<Self> {
         if world.growth.is_some() || world.len() < FEWEST {
             return None;
         }
@@ -75,22 +76,22 @@ impl Lists {
         }
         let spheres: Vec<f64> = world.radii.iter().map(|radius| radius + displacement * (1.0 + CELL_MARGIN)).collect();
         let (low, high) = world.extent(now);
-        let mut cells = Cells::new(&world.domain, &spheres, low, high);
-        cells.visit_interiors();
+        let bins = Bins::new(&world.domain, &spheres, low, high);
         let mut lists = Self {
+            width,
             periods: Periods::of(&world.domain),
             displacement,
             shells: vec![Shell { centre: DVec3::ZERO, start: 0, len: 0, blocks: 0 }; world.len()],
             blocks: Vec::with_capacity(2 * world.len()),
             free: Vec::new(),
             planes: if world.planes.is_empty() { Vec::new() } else { vec![PlaneSet::NONE; world.len()] },
-            unlisted: cells.depth() > LEVELS_LISTED,
-            cells,
+            unlisted: bins.depth() > LEVELS_LISTED,
+            bins,
             found: Vec::new(),
         };
         for ball in 0..world.len() {
             lists.shells[ball].centre = world.position(ball, now);
-            lists.cells.insert(ball, lists.shells[ball].centre);
+            lists.bins.insert(ball, lists.shells[ball].centre);
         }
         for ball in 0..world.len() {
             lists.look_around(world, ball, false);
@@ -109,12 +110,15 @@ impl Lists {
     /// Whether the ball has to look for smaller ones beside its list.
     #[inline(always)]
     pub fn sees_smaller(&self, ball: usize) -> bool {
-        self.unlisted && self.cells.levels_below(ball) > LEVELS_LISTED
+        self.unlisted && self.bins.depth() - self.bins.level(ball) > LEVELS_LISTED
     }
 
-    /// Calls `visit` with the balls too small for the ball's list that it can meet.
-    pub fn smaller(&self, world: &World, ball: usize, visit: impl FnMut(u32)) {
-        self.cells.near_smaller(ball, self.sphere(world, ball), LEVELS_LISTED, visit);
+    /// Adds to `found` the balls too small for the ball's list that it can meet.
+    pub fn smaller(&self, world: &World, ball: usize, found: &mut Vec<u32>) {
+        // Both centres may be a displacement away from where the balls touch.
+        let depth = 4.0 * self.displacement * (1.0 + CELL_MARGIN);
+        let (centre, sphere) = (self.shells[ball].centre, self.sphere(world, ball));
+        self.bins.near_smaller(self.width, ball, centre, sphere, LEVELS_LISTED, depth, found);
     }
 
     fn sphere(&self, world: &World, ball: usize) -> f64 {
@@ -159,7 +163,8 @@ impl Lists {
         self.withdraw(ball);
         let centre = world.position(ball, now);
         self.shells[ball].centre = centre;
-        self.cells.place(ball, centre);
+        self.bins.remove(ball);
+        self.bins.insert(ball, centre);
         self.look_around(world, ball, true);
     }
 
@@ -180,25 +185,24 @@ impl Lists {
         let fixed = world.is_fixed(ball);
         let mut found = std::mem::take(&mut self.found);
         found.clear();
-        self.cells.near(ball, self.sphere(world, ball), |other| {
+        self.bins.near(self.width, ball, centre, self.sphere(world, ball), &mut found);
+        found.retain(|&other| {
             let apart = self.periods.nearest(centre - self.shells[other as usize].centre);
             let within = radius + world.radii[other as usize] + reach;
-            if apart.length_squared() < within * within {
-                found.push(other);
-            }
+            apart.length_squared() < within * within
         });
         for &other in &found {
             // Two bodies in prescribed motion pass through each other.
             if fixed && world.is_fixed(other as usize) {
                 continue;
             }
-            let levels = if self.unlisted { self.cells.levels_above(ball, other as usize) } else { 0 };
-            if levels <= LEVELS_LISTED as i32 {
+            let levels = if self.unlisted { self.bins.level(other as usize) - self.bins.level(ball) } else { 0 };
+            if levels <= LEVELS_LISTED {
                 self.add(ball, other);
             }
             // A small one may still have a large one on its list that has moved since.
-            let known = levels > LEVELS_LISTED as i32 && self.place_of(other as usize, ball as u32).is_some();
-            if mutual && -levels <= LEVELS_LISTED as i32 && !known {
+            let known = levels > LEVELS_LISTED && self.place_of(other as usize, ball as u32).is_some();
+            if mutual && -levels <= LEVELS_LISTED && !known {
                 self.add(other as usize, ball as u32);
             }
         }
@@ -274,7 +278,7 @@ impl Lists {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.cells.bytes()
+        self.bins.bytes()
             + self.shells.len() * size_of::<Shell>()
             + self.blocks.capacity() * size_of::<[u32; MOST]>()
             + self.planes.len()

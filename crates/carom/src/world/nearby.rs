@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::World;
 use super::cells::{Cells, Face};
 use super::lists::Lists;
-use crate::predict::lanes::MOST;
+use crate::predict::lanes::{MOST, Width};
 use crate::time::Time;
 use crate::tolerance::CELL_MARGIN;
 
@@ -21,8 +21,8 @@ pub enum Nearby {
 
 impl Nearby {
     /// For the balls of `world` where they are at `now`.
-    pub fn lay_out(world: &World, now: Time) -> Self {
-        match Lists::new(world, now) {
+    pub fn lay_out(world: &World, now: Time, width: Width) -> Self {
+        match Lists::new(world, now, width) {
             Some(lists) => Self::Lists(lists),
             None => Self::Cells(Cells::lay_out(world, now)),
         }
@@ -37,7 +37,7 @@ impl Nearby {
             Self::Lists(lists) => {
                 room.clear();
                 room.extend_from_slice(lists.row(ball));
-                lists.smaller(world, ball, |other| room.push(other));
+                lists.smaller(world, ball, room);
                 filled_up(room, ball)
             }
             Self::Cells(cells) => {

@@ -1,0 +1,392 @@
+//! Where the centres of neighbour lists are: grids of bins, one grid for each class of sizes, each bin wide enough that
+//! whatever is within reach is in the bins beside.
+//!
+//! A bin holds its centres side by side in single precision, as fractions of a bin, so that seven are compared at once; what
+//! passes, with a margin for the rounding, is looked at again in double precision by whoever asked.
+
+use glam::DVec3;
+use pulp::NullaryFnOnce;
+
+use super::{Boundary, Domain};
+use crate::predict::lanes::{Lanes, Width};
+use crate::tolerance::BIN_MARGIN;
+
+const SLOTS: usize = 7;
+const NONE: u32 = u32::MAX;
+/// Bins at most for each ball of a grid: a few small balls in a wide space share larger ones.
+const BINS_PER_BALL: usize = 2;
+const FEWEST_BINS: usize = 64;
+
+/// Up to seven centres, and where more of the same bin are.
+#[derive(Clone, Debug)]
+#[repr(C, align(128))]
+struct Bin {
+    /// Fractions of the bin, scaled to the same length on all axes; infinite in empty slots.
+    at: [[f32; 8]; 3],
+    balls: [u32; SLOTS],
+    more: u32,
+}
+
+impl Bin {
+    const EMPTY: Self = Self { at: [[f32::INFINITY; 8]; 3], balls: [NONE; SLOTS], more: NONE };
+}
+
+/// One grid.
+#[derive(Clone, Debug)]
+struct Grid {
+    /// By how many halvings its balls are smaller than the largest.
+    level: u8,
+    origin: DVec3,
+    width: DVec3,
+    /// The same in units of the widest.
+    scale: [f32; 3],
+    widest: f64,
+    count: [i32; 3],
+    /// Which axes end, at walls: there are no bins beyond.
+    ends: [bool; 3],
+    /// Which axes have no extent: distances along them are not counted.
+    flat: [bool; 3],
+    first: usize,
+    largest: f64,
+    smallest: f64,
+}
+
+/// All grids.
+#[derive(Clone, Debug)]
+pub struct Bins {
+    grids: Vec<Grid>,
+    bins: Vec<Bin>,
+    free: Vec<u32>,
+    /// Which bin each ball is in.
+    bin_of: Vec<u32>,
+    /// Which grid each ball is in; empty if there is one grid.
+    grid_of: Vec<u8>,
+}
+
+impl Bins {
+    /// Empty bins for spheres of these radii (m) with centres between `low` and `high` (m) where space is open.
+    pub fn new(domain: &Domain, spheres: &[f64], low: DVec3, high: DVec3) -> Self {
+        let largest = spheres.iter().copied().fold(0.0, f64::max);
+        let level_of = |sphere: f64| (largest / sphere).log2().floor().clamp(0.0, 30.0) as u8;
+        let levels: Vec<u8> = spheres.iter().map(|&sphere| level_of(sphere)).collect();
+        let mut used = levels.clone();
+        used.sort_unstable();
+        used.dedup();
+        let mut grids: Vec<Grid> = Vec::new();
+        let mut bins = 0;
+        for &level in &used {
+            let of_level = || spheres.iter().zip(&levels).filter(|(_, l)| **l == level).map(|(sphere, _)| *sphere);
+            let grid = Grid::new(domain, level, of_level, low, high, bins);
+            bins += grid.count.iter().map(|&n| n as usize).product::<usize>();
+            grids.push(grid);
+        }
+        let row_of = |level: u8| used.iter().position(|&l| l == level).unwrap_or(0) as u8;
+        Self {
+            bins: vec![Bin::EMPTY; bins],
+            free: Vec::new(),
+            bin_of: vec![NONE; spheres.len()],
+            grid_of: if grids.len() > 1 { levels.iter().map(|&level| row_of(level)).collect() } else { Vec::new() },
+            grids,
+        }
+    }
+
+    #[inline(always)]
+    fn grid(&self, ball: usize) -> &Grid {
+        &self.grids[self.grid_of.get(ball).map_or(0, |&row| usize::from(row))]
+    }
+
+    /// By how many halvings a ball's sphere is smaller than the largest.
+    #[inline(always)]
+    pub fn level(&self, ball: usize) -> i32 {
+        i32::from(self.grid(ball).level)
+    }
+
+    /// The greatest level there is.
+    pub fn depth(&self) -> i32 {
+        self.grids.last().map_or(0, |grid| i32::from(grid.level))
+    }
+
+    /// Puts a ball whose list centre is at `centre` (m) into its bin.
+    pub fn insert(&mut self, ball: usize, centre: DVec3) {
+        let (coordinate, fraction) = self.grid(ball).locate(centre);
+        let mut bin = self.grid(ball).bin(coordinate);
+        self.bin_of[ball] = bin as u32;
+        loop {
+            let here = &mut self.bins[bin];
+            if let Some(slot) = here.balls.iter().position(|&other| other == NONE) {
+                here.balls[slot] = ball as u32;
+                for axis in 0..3 {
+                    here.at[axis][slot] = fraction[axis];
+                }
+                return;
+            }
+            if here.more == NONE {
+                let fresh = self.free.pop().unwrap_or_else(|| {
+                    self.bins.push(Bin::EMPTY);
+                    self.bins.len() as u32 - 1
+                });
+                self.bins[bin].more = fresh;
+            }
+            bin = self.bins[bin].more as usize;
+        }
+    }
+
+    /// Takes a ball out of its bin.
+    pub fn remove(&mut self, ball: usize) {
+        let mut before = NONE;
+        let mut bin = self.bin_of[ball];
+        while bin != NONE {
+            let here = &mut self.bins[bin as usize];
+            if let Some(slot) = here.balls.iter().position(|&other| other == ball as u32) {
+                here.balls[slot] = NONE;
+                here.at[0][slot] = f32::INFINITY;
+                if before != NONE && here.balls == [NONE; SLOTS] {
+                    self.bins[before as usize].more = here.more;
+                    self.bins[bin as usize] = Bin::EMPTY;
+                    self.free.push(bin);
+                }
+                return;
+            }
+            before = bin;
+            bin = here.more;
+        }
+    }
+
+    /// Adds to `found` every other ball whose sphere may touch the sphere of radius `sphere` (m) around `centre` (m).
+    #[inline]
+    pub fn near(&self, width: Width, ball: usize, centre: DVec3, sphere: f64, found: &mut Vec<u32>) {
+        for grid in &self.grids {
+            self.near_in(width, grid, ball, centre, sphere, 0.0, found);
+        }
+    }
+
+    /// As [`Bins::near`], only balls that are more than `levels` levels smaller, and whose centres are no nearer than the sum
+    /// of the spheres less `depth` (m).
+    #[expect(clippy::too_many_arguments, reason = "one question, asked once")]
+    pub fn near_smaller(
+        &self,
+        width: Width,
+        ball: usize,
+        centre: DVec3,
+        sphere: f64,
+        levels: i32,
+        depth: f64,
+        found: &mut Vec<u32>,
+    ) {
+        let level = self.level(ball);
+        for grid in self.grids.iter().filter(|grid| i32::from(grid.level) - level > levels) {
+            let hollow = (sphere + grid.smallest - depth) / (1.0 + BIN_MARGIN);
+            self.near_in(width, grid, ball, centre, sphere, hollow.max(0.0), found);
+        }
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "one question, asked twice")]
+    fn near_in(
+        &self,
+        width: Width,
+        grid: &Grid,
+        ball: usize,
+        centre: DVec3,
+        sphere: f64,
+        hollow: f64,
+        found: &mut Vec<u32>,
+    ) {
+        let (own, fraction) = grid.locate(centre);
+        let reach = (sphere + grid.largest) * (1.0 + BIN_MARGIN);
+        let within = ((reach / grid.widest) * (reach / grid.widest)) as f32 * (1.0 + BIN_MARGIN as f32);
+        let steps = [
+            grid.steps(0, own[0], fraction[0], reach),
+            grid.steps(1, own[1], fraction[1], reach),
+            grid.steps(2, own[2], fraction[2], reach),
+        ];
+        let ball = ball as u32;
+        match width {
+            Width::Narrow(lanes) => {
+                Scan { lanes, bins: &self.bins, grid, ball, own, fraction, steps, within, hollow, found }.call();
+            }
+            #[cfg(target_arch = "x86_64")]
+            Width::Four(lanes) => {
+                let bins = &self.bins;
+                lanes.vectorize(Scan { lanes, bins, grid, ball, own, fraction, steps, within, hollow, found });
+            }
+            #[cfg(target_arch = "x86_64")]
+            Width::Eight(lanes) => {
+                let bins = &self.bins;
+                lanes.vectorize(Scan { lanes, bins, grid, ball, own, fraction, steps, within, hollow, found });
+            }
+        }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.bins.capacity() * size_of::<Bin>() + self.bin_of.len() * 4 + self.grid_of.len()
+    }
+}
+
+/// The search for whoever is within reach of a point, in the bins of one grid.
+struct Scan<'a, L> {
+    lanes: L,
+    bins: &'a [Bin],
+    grid: &'a Grid,
+    ball: u32,
+    /// The bin of the point, and where in it.
+    own: [i32; 3],
+    fraction: [f32; 3],
+    /// From which to which bin, counted from the own one.
+    steps: [(i32, i32); 3],
+    /// Square of the reach.
+    within: f32,
+    /// Bins that are wholly this near (m) hold nobody of interest.
+    hollow: f64,
+    found: &'a mut Vec<u32>,
+}
+
+impl<L: Lanes> NullaryFnOnce for Scan<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { lanes, bins, grid, ball, own, fraction, steps, within, hollow, found } = self;
+        for z in steps[2].0..=steps[2].1 {
+            let plane = grid.closed(2, own[2] + z) * grid.count[1] as usize;
+            let from_z = fraction[2] - z as f32 * grid.scale[2];
+            for y in steps[1].0..=steps[1].1 {
+                let row = grid.first + (plane + grid.closed(1, own[1] + y)) * grid.count[0] as usize;
+                let from_y = fraction[1] - y as f32 * grid.scale[1];
+                let skipped = if hollow > 0.0 { grid.inside(hollow, y, z) } else { -1 };
+                for x in steps[0].0..=steps[0].1 {
+                    if x.abs() <= skipped {
+                        continue;
+                    }
+                    let from = [fraction[0] - x as f32 * grid.scale[0], from_y, from_z];
+                    let mut bin = &bins[row + grid.closed(0, own[0] + x)];
+                    loop {
+                        let mut hits = lanes.within(&bin.at, from, within);
+                        while hits != 0 {
+                            let other = bin.balls[hits.trailing_zeros() as usize % SLOTS];
+                            hits &= hits - 1;
+                            if other != ball {
+                                found.push(other);
+                            }
+                        }
+                        if bin.more == NONE {
+                            break;
+                        }
+                        bin = &bins[bin.more as usize];
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Grid {
+    fn new<I: Iterator<Item = f64>>(
+        domain: &Domain,
+        level: u8,
+        spheres: impl Fn() -> I,
+        low: DVec3,
+        high: DVec3,
+        first: usize,
+    ) -> Self {
+        let largest = spheres().fold(0.0, f64::max);
+        let reach = 2.0 * largest * (1.0 + BIN_MARGIN);
+        let (mut origin, mut extent) = (DVec3::ZERO, DVec3::ZERO);
+        for axis in 0..3 {
+            let open = domain.boundary[axis] == Boundary::Open;
+            origin[axis] = if open { low[axis] } else { -0.5 * domain.size[axis] };
+            extent[axis] = if open { high[axis] - low[axis] } else { domain.size[axis] };
+        }
+        let flat: [bool; 3] = std::array::from_fn(|axis| !(extent[axis] > 0.0) || high[axis] <= low[axis]);
+        let most = (spheres().count() * BINS_PER_BALL).max(FEWEST_BINS);
+        let mut width = reach;
+        let count = loop {
+            let count: [i32; 3] = std::array::from_fn(|axis| {
+                if flat[axis] { 1 } else { (extent[axis] / width).floor().clamp(1.0, most as f64) as i32 }
+            });
+            if count.iter().map(|&n| n as usize).product::<usize>() <= most {
+                break count;
+            }
+            width *= 1.0625;
+        };
+        let width = DVec3::from_array(std::array::from_fn(|axis| {
+            if flat[axis] { reach } else { (extent[axis] / f64::from(count[axis])).max(f64::MIN_POSITIVE) }
+        }));
+        let widest = width.max_element();
+        Self {
+            level,
+            origin,
+            width,
+            scale: (width / widest).to_array().map(|x| x as f32),
+            widest,
+            count,
+            ends: std::array::from_fn(|axis| domain.boundary[axis] == Boundary::Walls),
+            flat,
+            first,
+            largest,
+            smallest: spheres().fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    /// The bin of a point, counted on beyond the ends, and where in it.
+    #[inline(always)]
+    fn locate(&self, point: DVec3) -> ([i32; 3], [f32; 3]) {
+        let mut coordinate = [0; 3];
+        let mut fraction = [0.0; 3];
+        for axis in 0..3 {
+            if !self.flat[axis] {
+                let bins = (point[axis] - self.origin[axis]) / self.width[axis];
+                let whole = bins.floor();
+                // By way of 64 bits, so that far out in open space the numbers close on themselves.
+                coordinate[axis] = whole as i64 as i32;
+                fraction[axis] = (bins - whole) as f32 * self.scale[axis];
+            }
+        }
+        (coordinate, fraction)
+    }
+
+    /// The steps from a bin to the first and the last one within reach (m) along an axis.
+    #[inline(always)]
+    fn steps(&self, axis: usize, own: i32, fraction: f32, reach: f64) -> (i32, i32) {
+        if self.flat[axis] {
+            return (0, 0);
+        }
+        let place = f64::from(fraction) * self.widest / self.width[axis];
+        let bins = reach / self.width[axis] + BIN_MARGIN;
+        let (low, high) = ((place - bins).floor() as i32, (place + bins).floor() as i32);
+        if self.ends[axis] {
+            // Rounding may put a ball at the wall a bin beyond it, which is then the last bin's.
+            return (low.max(-own.max(0)), high.min((self.count[axis] - 1 - own).max(0)));
+        }
+        (low, high)
+    }
+
+    /// How many steps along x bins are wholly within `hollow` (m) of every point of the own bin, in the row `y`, `z` steps
+    /// away; -1 if not even the own.
+    fn inside(&self, hollow: f64, y: i32, z: i32) -> i32 {
+        let far = |axis: usize, step: i32| (f64::from(step.abs()) + 1.0) * self.width[axis];
+        let left = hollow * hollow - far(1, y).powi(2) - far(2, z).powi(2);
+        if left <= 0.0 { -1 } else { (left.sqrt() / self.width.x).floor() as i32 - 1 }
+    }
+
+    #[inline(always)]
+    fn bin(&self, [x, y, z]: [i32; 3]) -> usize {
+        let row = self.closed(2, z) * self.count[1] as usize + self.closed(1, y);
+        self.first + row * self.count[0] as usize + self.closed(0, x)
+    }
+
+    /// The coordinate of a bin in a row that closes on itself or ends.
+    #[inline(always)]
+    fn closed(&self, axis: usize, coordinate: i32) -> usize {
+        let count = self.count[axis];
+        if (0..count).contains(&coordinate) {
+            coordinate as usize
+        } else if self.ends[axis] {
+            coordinate.clamp(0, count - 1) as usize
+        } else if (-count..0).contains(&coordinate) {
+            (coordinate + count) as usize
+        } else {
+            coordinate.rem_euclid(count) as usize
+        }
+    }
+}
