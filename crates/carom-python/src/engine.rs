@@ -326,16 +326,12 @@ impl Engine {
     /// On to the next impact, as a dict; None if there is none before the scene's duration, at which the clock then stands.
     fn step<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let limit = self.world().clock.at(self.end);
-        let before = self.simulation.counts().impacts();
         loop {
-            let stop = py.detach(|| self.simulation.run(limit, 1, EVENTS_AT_ONCE));
-            let stop = stop.map_err(|error| errors::collapse(py, &error))?;
-            if self.simulation.counts().impacts() > before {
-                return self.simulation.last_impact().map(|impact| self.impact(py, impact)).transpose();
-            }
-            match stop {
-                Stop::Events => py.check_signals()?,
-                Stop::Time | Stop::Impacts => return Ok(None),
+            let step = py.detach(|| self.simulation.step_within(limit, EVENTS_AT_ONCE));
+            match step.map_err(|error| errors::collapse(py, &error))? {
+                (_, Some(impact)) => return self.impact(py, &impact).map(Some),
+                (Stop::Events, None) => py.check_signals()?,
+                (Stop::Time | Stop::Impacts, None) => return Ok(None),
             }
         }
     }

@@ -256,7 +256,7 @@ pub fn collide(a: &Body, b: &Body, restitution: f64) -> Result<Option<PairImpact
         // A grazing root whose contact, by rounding, does not approach.
         return Ok(None);
     }
-    let approach_speed = approach_speed(-normal.dot(relative), approach / length);
+    let approach_speed = approach_speed(-normal.dot(relative), || approach / length);
     let contact = Contact {
         normal,
         velocity_a: a.velocity,
@@ -282,9 +282,9 @@ pub fn collide(a: &Body, b: &Body, restitution: f64) -> Result<Option<PairImpact
         normal,
         approach_speed,
         separation_speed: (outcome.velocity_a - outcome.velocity_b).dot(normal),
-        impulse: outcome.impulse,
+        impulse: contact.impulse(&outcome),
         restitution,
-        energy_lost: outcome.energy_lost,
+        energy_lost: contact.energy_lost(),
         velocities: [outcome.velocity_a, outcome.velocity_b],
         angular_velocities: [a.angular_velocity, b.angular_velocity],
         positions,

@@ -4,8 +4,10 @@ use crate::time::Time;
 use crate::world::Partner;
 use crate::world::cells::Face;
 
-/// What comes next for a ball, as far as can be told from the present states.
+/// What comes next for a ball, as far as can be told from the present states. (When it leaves its place, where that comes
+/// first, stands in its entry in the queue alone.)
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
 pub struct Upcoming {
     /// When it next touches somebody; [`Time::NEVER`] if nobody near can be met.
     pub impact: Time,
@@ -15,33 +17,19 @@ pub struct Upcoming {
     pub partner_impacts: u32,
     /// Tells the entry in the queue that still holds from those that do not.
     pub stamp: u32,
-    /// When it leaves its cell, or the sphere of its list.
-    pub leaving: Time,
-    /// Through which face.
-    pub face: Face,
+    /// Through which face it leaves its cell before that impact, if it does. (Of a list's sphere, any face.)
+    pub leaves: Option<Face>,
 }
 
 impl Upcoming {
     /// Nothing ever.
-    pub const NOTHING: Self = Self {
-        impact: Time::NEVER,
-        partner: Partner::NONE,
-        partner_impacts: 0,
-        stamp: 0,
-        leaving: Time::NEVER,
-        face: Face::NONE,
-    };
+    pub const NOTHING: Self =
+        Self { impact: Time::NEVER, partner: Partner::NONE, partner_impacts: 0, stamp: 0, leaves: None };
 
-    /// The earlier of the two; at one instant bookkeeping goes first.
-    #[inline(always)]
-    pub fn time(&self) -> Time {
-        if self.impact.before(self.leaving) { self.impact } else { self.leaving }
-    }
-
-    /// Whether the impact comes before that.
+    /// Whether an impact comes before it leaves its place.
     #[inline(always)]
     pub fn is_impact(&self) -> bool {
-        self.impact.before(self.leaving)
+        self.leaves.is_none()
     }
 }
 

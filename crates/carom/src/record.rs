@@ -38,6 +38,23 @@ pub struct Impact {
     pub masses: [f64; 2],
 }
 
+impl Impact {
+    /// The same impact with A and B exchanged.
+    pub fn from_the_other_side(self) -> Self {
+        let ([before_a, before_b, after_a, after_b], [at_a, at_b], [mass_a, mass_b]) =
+            (self.velocities, self.positions, self.masses);
+        Self {
+            a: self.b,
+            b: self.a,
+            normal: -self.normal,
+            velocities: [before_b, before_a, after_b, after_a],
+            positions: [at_b, at_a],
+            masses: [mass_b, mass_a],
+            ..self
+        }
+    }
+}
+
 /// Impacts by column.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImpactTable {

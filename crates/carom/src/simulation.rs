@@ -16,6 +16,7 @@ use crate::queue::{Entry, Queue};
 use crate::record::{Impact, ImpactTable};
 use crate::time::Time;
 use crate::tolerance::SAME_INSTANT;
+use crate::world::cells::Face;
 use crate::world::nearby::Nearby;
 use crate::world::{Boundary, Partner, World};
 
@@ -81,6 +82,8 @@ pub struct Simulation {
     counts: Counts,
     crossings_at_layout: u64,
     recorded: Option<ImpactTable>,
+    /// Impacts are wanted one by one, recorded or not.
+    watched: bool,
     last_impact: Option<Impact>,
 }
 
@@ -111,6 +114,7 @@ impl Simulation {
             crossings_at_layout: counts.crossings,
             counts,
             recorded: record.then(ImpactTable::default),
+            watched: false,
             last_impact: None,
         };
         simulation.predict_all();
@@ -142,13 +146,13 @@ impl Simulation {
                     self.predict(ball, self.now.later(time));
                 }
                 Event::Impact { ball, partner, time } => {
-                    let impact = self.resolve(ball, partner, time);
+                    let resolved = self.resolve(ball, partner, time);
                     // Even where the law refuses: the contact is still there, and must be found again.
                     self.predict(ball, self.now);
                     if let Some(other) = partner.as_ball() {
                         self.predict(other, self.now);
                     }
-                    self.record(impact?);
+                    resolved?;
                 }
             }
         }
@@ -161,13 +165,19 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::run`].
     pub fn step(&mut self, until: Time) -> Result<Option<Impact>, CollapseError> {
-        let stop = self.run(until, 1, u64::MAX)?;
-        Ok(if stop == Stop::Impacts { self.last_impact } else { None })
+        self.step_within(until, u64::MAX).map(|(_, impact)| impact)
     }
 
-    /// The impact last resolved.
-    pub fn last_impact(&self) -> Option<&Impact> {
-        self.last_impact.as_ref()
+    /// As [`Simulation::step`], working off no more than so many events; also how it ended.
+    ///
+    /// # Errors
+    /// As [`Simulation::run`].
+    pub fn step_within(&mut self, until: Time, events: u64) -> Result<(Stop, Option<Impact>), CollapseError> {
+        self.watched = true;
+        let stop = self.run(until, 1, events);
+        self.watched = false;
+        let impact = self.last_impact.take();
+        Ok((stop?, impact))
     }
 
     /// The present instant.
@@ -319,11 +329,19 @@ impl Simulation {
         }
     }
 
-    fn record(&mut self, impact: Option<Impact>) {
-        if let (Some(table), Some(impact)) = (&mut self.recorded, &impact) {
-            table.push(impact);
+    /// Whether somebody wants to see the impacts themselves.
+    #[inline(always)]
+    fn is_recorded(&self) -> bool {
+        self.watched || self.recorded.is_some()
+    }
+
+    fn record(&mut self, impact: Impact) {
+        if let Some(table) = &mut self.recorded {
+            table.push(&impact);
         }
-        self.last_impact = impact.or(self.last_impact);
+        if self.watched {
+            self.last_impact = Some(impact);
+        }
     }
 
     /// Looks anew at everybody near.
@@ -341,11 +359,13 @@ impl Simulation {
     #[inline]
     fn schedule(&mut self, ball: usize, first: First, now: Time) {
         let (leaving, face) = self.nearby.leaves(&self.world, ball, now);
+        // At one instant bookkeeping goes first.
+        let is_impact = first.time.before(leaving);
+        let time = if is_impact { first.time } else { leaving };
         let stamp = self.upcoming[ball].stamp.wrapping_add(1);
         let partner_impacts = first.partner.as_ball().map_or(0, |other| self.world.bodies[other].impacts);
-        let upcoming = Upcoming { impact: first.time, partner: first.partner, partner_impacts, stamp, leaving, face };
-        self.upcoming[ball] = upcoming;
-        let time = upcoming.time();
+        let leaves = (!is_impact).then_some(face);
+        self.upcoming[ball] = Upcoming { impact: first.time, partner: first.partner, partner_impacts, stamp, leaves };
         if time.is_reachable() {
             self.queue.push(Entry { time, ball: ball as u32, stamp });
         }
@@ -356,9 +376,10 @@ impl Simulation {
         let now = self.now.later(time);
         self.counts.crossings += 1;
         let upcoming = self.upcoming[ball];
+        let face = upcoming.leaves.unwrap_or(Face::NONE);
         match &mut self.nearby {
             Nearby::Cells(cells) => {
-                cells.cross(ball, upcoming.face);
+                cells.cross(ball, face);
                 cells.note_planes(&self.world, ball);
             }
             Nearby::Lists(lists) => lists.renew(&self.world, ball, now),
@@ -370,7 +391,7 @@ impl Simulation {
         } else {
             let known = First::from(upcoming.impact, upcoming.partner);
             let (world, nearby) = (&self.world, &self.nearby);
-            let first = self.predictor.first_impact_after_crossing(world, nearby, ball, now, upcoming.face, known);
+            let first = self.predictor.first_impact_after_crossing(world, nearby, ball, now, face, known);
             self.schedule(ball, first, now);
         }
     }

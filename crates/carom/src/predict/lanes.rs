@@ -77,7 +77,7 @@ pub enum Width {
 impl Width {
     /// The widest registers here.
     pub fn of_this_machine() -> Self {
-        Self::at_most(MOST)
+        Self::at_most(std::env::var("W").map_or(8, |w| w.parse().unwrap()))
     }
 
     /// The widest registers here of no more than so many numbers.

@@ -30,17 +30,17 @@ pub struct Outcome {
     pub velocity_a: DVec3,
     /// Velocity of B after (m/s).
     pub velocity_b: DVec3,
-    /// j (N s).
-    pub impulse: f64,
-    /// ½ μ (1 - e²) (v_AB·n)² (J).
-    pub energy_lost: f64,
+    /// By how much v_AB·n has changed (m/s): (1 + e) times the approach speed, up to rounding.
+    pub change: f64,
 }
 
 /// The shares of a change of relative velocity that fall to A and to B: m_B/(m_A + m_B) and m_A/(m_A + m_B). Equal masses
 /// share exactly in halves, so that a row of equal balls passes a blow on whole.
 #[inline(always)]
 fn shares(mass_a: f64, mass_b: f64) -> (f64, f64) {
-    if mass_a == f64::INFINITY {
+    if mass_a == mass_b {
+        (0.5, 0.5)
+    } else if mass_a == f64::INFINITY {
         (0.0, 1.0)
     } else if mass_b == f64::INFINITY {
         (1.0, 0.0)
@@ -105,13 +105,20 @@ impl Contact {
             extra *= 2.0;
             (velocity_a, velocity_b) = kicked(change);
         }
+        Outcome { velocity_a, velocity_b, change }
+    }
+
+    /// j (N s): the reduced mass times the change of v_AB·n.
+    #[inline(always)]
+    pub fn impulse(&self, outcome: &Outcome) -> f64 {
+        reduced_mass(self.mass_a, self.mass_b) * outcome.change
+    }
+
+    /// ½ μ (1 - e²) (v_AB·n)² (J).
+    #[inline(always)]
+    pub fn energy_lost(&self) -> f64 {
         let mu = reduced_mass(self.mass_a, self.mass_b);
-        Outcome {
-            velocity_a,
-            velocity_b,
-            impulse: mu * change,
-            energy_lost: 0.5 * mu * (1.0 - self.restitution * self.restitution) * approach_speed * approach_speed,
-        }
+        0.5 * mu * (1.0 - self.restitution * self.restitution) * self.approach_speed * self.approach_speed
     }
 }
 

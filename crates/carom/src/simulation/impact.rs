@@ -13,161 +13,140 @@ use crate::time::Time;
 use crate::tolerance::touching;
 use crate::world::Partner;
 
+/// A ball's centre (m) and velocity (m/s) at its impact, still in the image where its flight began.
+#[derive(Clone, Copy)]
+struct Arrival {
+    position: DVec3,
+    velocity: DVec3,
+}
+
 impl Simulation {
-    /// Resolves the contact of `ball` with `partner` at `time`. `None`: a grazing pair that turns out not to approach; its
-    /// states are then written unchanged, so that it is not found again.
-    pub(super) fn resolve(
-        &mut self,
-        ball: usize,
-        partner: Partner,
-        time: Time,
-    ) -> Result<Option<Impact>, CollapseError> {
+    /// Resolves the contact of `ball` with `partner` at `time`. A grazing pair that turns out not to approach has its states
+    /// written unchanged, so that it is not found again.
+    #[inline]
+    pub(super) fn resolve(&mut self, ball: usize, partner: Partner, time: Time) -> Result<(), CollapseError> {
         // Within one instant the order of ranks may differ from that of times by rounding; the clock does not run back.
         let now = self.now.later(time);
-        let impact = match (partner.as_ball(), partner.as_plane()) {
+        match (partner.as_ball(), partner.as_plane()) {
             (Some(other), _) => self.resolve_balls(ball.min(other), ball.max(other), now)?,
             (None, Some(plane)) => self.resolve_ball_and_plane(ball, plane, now)?,
-            (None, None) => None,
-        };
-        self.now = now;
-        match &impact {
-            None => self.counts.grazes += 1,
-            Some(impact) => match impact.kind {
-                Kind::BallBall => self.counts.ball_ball += 1,
-                Kind::BallPlane => self.counts.ball_plane += 1,
-            },
+            (None, None) => {}
         }
-        Ok(impact)
+        self.now = now;
+        Ok(())
     }
 
-    fn resolve_balls(&mut self, a: usize, b: usize, now: Time) -> Result<Option<Impact>, CollapseError> {
-        let arrived = [self.arrive(a, now), self.arrive(b, now)];
-        let separation = self.predictor.periods().nearest(arrived[0].position() - arrived[1].position());
-        let relative = arrived[0].velocity() - arrived[1].velocity();
+    #[inline]
+    fn resolve_balls(&mut self, a: usize, b: usize, now: Time) -> Result<(), CollapseError> {
+        let (arrived_a, arrived_b) = (self.arrive(a, now), self.arrive(b, now));
+        let separation = self.predictor.periods().nearest(arrived_a.position - arrived_b.position);
+        let relative = arrived_a.velocity - arrived_b.velocity;
         let distance = separation.length();
         let normal = separation / distance;
         let growth = self.world.growth.map_or(0.0, |g| g.rate * (self.world.radii[a] + self.world.radii[b]));
         // By the sign of r·v, as predicted: < 0 collision imminent, otherwise grazing or parting.
         let approach = growth * distance - separation.dot(relative);
         if approach <= 0.0 {
-            self.graze([(a, Partner::ball(b as u32)), (b, Partner::ball(a as u32))], &arrived, now)?;
-            return Ok(None);
+            return self.graze(
+                [(a, Partner::ball(b as u32)), (b, Partner::ball(a as u32))],
+                [arrived_a, arrived_b],
+                now,
+            );
         }
         let bodies = [self.world.bodies[a], self.world.bodies[b]];
         let restitution = self.world.restitution.of(bodies[0].material, bodies[1].material);
         let contact = Contact {
             normal,
-            velocity_a: arrived[0].velocity(),
-            velocity_b: arrived[1].velocity(),
+            velocity_a: arrived_a.velocity,
+            velocity_b: arrived_b.velocity,
             mass_a: bodies[0].mass,
             mass_b: bodies[1].mass,
             restitution,
-            approach_speed: approach_speed(growth - normal.dot(relative), approach / distance),
+            approach_speed: approach_speed(growth - normal.dot(relative), || approach / distance),
         };
-        if self.guard.is_too_fast(contact.approach_speed) {
-            return Err(self.collapse(a, Partner::ball(b as u32), now, Cause::Resolution));
-        }
-        let last = self.since_impact(a, now).max(self.since_impact(b, now));
-        if self.accumulates(&contact, last, [Some(a), Some(b)], now) {
-            return Err(self.collapse(a, Partner::ball(b as u32), now, Cause::Accumulation));
-        }
+        self.refuse(&contact, a, Partner::ball(b as u32), now)?;
         let elastic = restitution == 1.0 && growth == 0.0;
         let carried = elastic.then(|| {
-            self.carried_kinetic_energy(a, &arrived[0])
-                + self.carried_kinetic_energy(b, &arrived[1])
+            self.carried_kinetic_energy(a, &arrived_a)
+                + self.carried_kinetic_energy(b, &arrived_b)
                 + contact.work_of_prescribed()
         });
         let outcome = contact
             .resolve(carried, |velocity_a, velocity_b| separation.dot(velocity_a - velocity_b) >= growth * distance);
-        self.settle(a, Partner::ball(b as u32), arrived[0], outcome.velocity_a, now);
-        self.settle(b, Partner::ball(a as u32), arrived[1], outcome.velocity_b, now);
-        self.book_energy([Some(a), Some(b)], &contact, &outcome, elastic);
+        self.settle(a, Partner::ball(b as u32), arrived_a.position, outcome.velocity_a, now);
+        self.settle(b, Partner::ball(a as u32), arrived_b.position, outcome.velocity_b, now);
+        self.book_energy([Some(a), Some(b)], &contact, elastic);
         for (row, other, sign) in [(a, b, 1.0), (b, a, -1.0)] {
             if self.world.is_fixed(other) && !self.world.is_fixed(row) {
                 let velocity = self.world.flights[other].velocity();
-                self.book_impulse(row, normal * (sign * outcome.impulse), velocity);
+                self.book_impulse(row, normal * (sign * contact.impulse(&outcome)), velocity);
             }
         }
-        let radius_a = self.world.radius(a, now);
-        Ok(Some(Impact {
-            time: now,
-            a: self.world.ids[a],
-            b: self.world.ids[b],
-            kind: Kind::BallBall,
-            point: arrived[0].position() - normal * radius_a,
-            normal,
-            approach_speed: contact.approach_speed,
-            separation_speed: (outcome.velocity_a - outcome.velocity_b).dot(normal),
-            impulse: outcome.impulse,
-            restitution,
-            energy_lost: outcome.energy_lost,
-            velocities: [contact.velocity_a, contact.velocity_b, outcome.velocity_a, outcome.velocity_b],
-            positions: [arrived[0].position(), arrived[0].position() - separation],
-            masses: [contact.mass_a, contact.mass_b],
-        }))
+        self.counts.ball_ball += 1;
+        if self.is_recorded() {
+            let positions = [arrived_a.position, arrived_a.position - separation];
+            let point = arrived_a.position - normal * self.world.radius(a, now);
+            self.record(recorded(
+                &contact,
+                &outcome,
+                Kind::BallBall,
+                now,
+                [a, b].map(|k| self.world.ids[k]),
+                point,
+                positions,
+            ));
+        }
+        Ok(())
     }
 
-    fn resolve_ball_and_plane(&mut self, ball: usize, row: usize, now: Time) -> Result<Option<Impact>, CollapseError> {
+    #[inline]
+    fn resolve_ball_and_plane(&mut self, ball: usize, row: usize, now: Time) -> Result<(), CollapseError> {
         let plane = self.world.planes[row];
         let partner = Partner::plane(row as u32);
         let arrived = self.arrive(ball, now);
         let n = plane.normal;
         let growth = self.world.growth.map_or(0.0, |g| g.rate * self.world.radii[ball]);
-        let approach_speed = growth - n.dot(arrived.velocity() - plane.velocity);
+        let approach_speed = growth - n.dot(arrived.velocity - plane.velocity);
         if approach_speed <= 0.0 {
-            self.graze([(ball, partner)], &[arrived], now)?;
-            return Ok(None);
+            return self.graze([(ball, partner)], [arrived], now);
         }
         let body = self.world.bodies[ball];
         let restitution = self.world.restitution.of(body.material, plane.material);
         let contact = Contact {
             normal: n,
-            velocity_a: arrived.velocity(),
+            velocity_a: arrived.velocity,
             velocity_b: plane.velocity,
             mass_a: body.mass,
             mass_b: f64::INFINITY,
             restitution,
             approach_speed,
         };
-        if self.guard.is_too_fast(approach_speed) {
-            return Err(self.collapse(ball, partner, now, Cause::Resolution));
-        }
-        if self.accumulates(&contact, self.since_impact(ball, now), [Some(ball), None], now) {
-            return Err(self.collapse(ball, partner, now, Cause::Accumulation));
-        }
+        self.refuse(&contact, ball, partner, now)?;
         let elastic = restitution == 1.0 && growth == 0.0;
         let carried = elastic.then(|| self.carried_kinetic_energy(ball, &arrived) + contact.work_of_prescribed());
         let outcome = contact.resolve(carried, |velocity, _| n.dot(velocity - plane.velocity) >= growth);
-        self.settle(ball, partner, arrived, outcome.velocity_a, now);
-        self.book_energy([Some(ball), None], &contact, &outcome, elastic);
-        self.book_impulse(ball, n * outcome.impulse, plane.velocity);
-        let point = arrived.position() - n * self.world.radius(ball, now);
-        let id = self.world.ids[ball];
-        let ball_is_a = id < plane.id;
-        let ordered = |x: DVec3, y: DVec3| if ball_is_a { [x, y] } else { [y, x] };
-        let [before_a, before_b] = ordered(contact.velocity_a, contact.velocity_b);
-        let [after_a, after_b] = ordered(outcome.velocity_a, outcome.velocity_b);
-        Ok(Some(Impact {
-            time: now,
-            a: id.min(plane.id),
-            b: id.max(plane.id),
-            kind: Kind::BallPlane,
-            point,
-            normal: if ball_is_a { n } else { -n },
-            approach_speed,
-            separation_speed: (outcome.velocity_a - plane.velocity).dot(n),
-            impulse: outcome.impulse,
-            restitution,
-            energy_lost: outcome.energy_lost,
-            velocities: [before_a, before_b, after_a, after_b],
-            positions: ordered(arrived.position(), point),
-            masses: if ball_is_a { [body.mass, f64::INFINITY] } else { [f64::INFINITY, body.mass] },
-        }))
+        self.settle(ball, partner, arrived.position, outcome.velocity_a, now);
+        self.book_energy([Some(ball), None], &contact, elastic);
+        self.book_impulse(ball, n * contact.impulse(&outcome), plane.velocity);
+        self.counts.ball_plane += 1;
+        if self.is_recorded() {
+            let point = arrived.position - n * self.world.radius(ball, now);
+            let ids = [self.world.ids[ball], plane.id];
+            let of_ball = recorded(&contact, &outcome, Kind::BallPlane, now, ids, point, [arrived.position, point]);
+            // The lower id is A, also where that is the plane.
+            self.record(if ids[0] < ids[1] { of_ball } else { of_ball.from_the_other_side() });
+        }
+        Ok(())
     }
 
-    /// The ball's state at `now`, still in the image where its flight began.
-    fn arrive(&self, ball: usize, now: Time) -> Flight {
-        Flight::new(self.world.position(ball, now), self.world.velocity(ball, now), now)
+    #[inline(always)]
+    fn arrive(&self, ball: usize, now: Time) -> Arrival {
+        let flight = &self.world.flights[ball];
+        let (seconds, acceleration) = (now.since(flight.start()), self.world.acceleration(ball));
+        Arrival {
+            position: flight.position_after(seconds, acceleration),
+            velocity: flight.velocity_after(seconds, acceleration),
+        }
     }
 
     /// Seconds since the ball's last impact; infinite if it had none.
@@ -176,15 +155,24 @@ impl Simulation {
         if had_none { f64::INFINITY } else { now.since(self.world.flights[ball].start()) }
     }
 
-    /// Whether impacts that lose energy accumulate, this one being the last straw.
-    #[inline]
-    fn accumulates(&mut self, contact: &Contact, since: f64, rows: [Option<usize>; 2], now: Time) -> bool {
-        if contact.restitution == 1.0 {
-            return false;
+    /// Refuses to go on where impacts that lose energy accumulate, this one being the last straw, and where bodies have become
+    /// so fast that the clock does not resolve where they are.
+    #[inline(always)]
+    fn refuse(&mut self, contact: &Contact, ball: usize, partner: Partner, now: Time) -> Result<(), CollapseError> {
+        if self.guard.is_too_fast(contact.approach_speed) {
+            return Err(self.collapse(ball, partner, now, Cause::Resolution));
         }
+        if contact.restitution < 1.0 && self.accumulates(contact, [Some(ball), partner.as_ball()], now) {
+            return Err(self.collapse(ball, partner, now, Cause::Accumulation));
+        }
+        Ok(())
+    }
+
+    fn accumulates(&mut self, contact: &Contact, rows: [Option<usize>; 2], now: Time) -> bool {
         let speeds = contact.velocity_a.length() + contact.velocity_b.length();
         let place = |ball: usize| self.world.flights[ball].position().abs().max_element();
         let largest = rows.into_iter().flatten().map(place).fold(0.0, f64::max);
+        let since = rows.into_iter().flatten().map(|ball| self.since_impact(ball, now)).fold(0.0, f64::max);
         let spent =
             contact.restitution > 0.0 && self.guard.is_spent(contact.approach_speed, speeds, since, touching(largest));
         let mut many = false;
@@ -195,22 +183,21 @@ impl Simulation {
     }
 
     /// Writes a free ball's state after an impact, put back into the periodic box.
-    fn settle(&mut self, ball: usize, partner: Partner, arrived: Flight, velocity: DVec3, now: Time) {
+    #[inline(always)]
+    fn settle(&mut self, ball: usize, partner: Partner, arrived: DVec3, velocity: DVec3, now: Time) {
         if self.world.is_fixed(ball) {
             // Its one flight lasts for ever.
             return;
         }
-        self.ledger.gravity_moment.add(gravity_moment(&self.world, ball, now));
-        let mut position = arrived.position();
-        if let Some(images) = self.world.images.get_mut(ball) {
+        if self.world.gravity != DVec3::ZERO {
+            self.ledger.gravity_moment.add(gravity_moment(&self.world, ball, now));
+        }
+        let mut position = arrived;
+        if self.world.domain.is_periodic() {
             let passed = self.predictor.periods().images_passed(position);
             if passed != DVec3::ZERO {
                 position -= passed * self.world.domain.size;
-                let passed = passed.to_array().map(|x| x as i32);
-                for axis in 0..3 {
-                    images[axis] = images[axis].wrapping_add(passed[axis]);
-                }
-                self.nearby.wrap(ball, passed, self.world.domain.size);
+                self.put_back(ball, passed.to_array().map(|x| x as i32));
             }
         }
         self.world.flights[ball] = Flight::new(position, velocity, now);
@@ -219,26 +206,38 @@ impl Simulation {
         body.impacts = body.impacts.wrapping_add(1);
     }
 
+    #[cold]
+    fn put_back(&mut self, ball: usize, passed: [i32; 3]) {
+        let images = &mut self.world.images[ball];
+        for axis in 0..3 {
+            images[axis] = images[axis].wrapping_add(passed[axis]);
+        }
+        self.nearby.wrap(ball, passed, self.world.domain.size);
+    }
+
     /// A contact without approach. Once is the rounding of a grazing root; twice in a row without any time between is a
     /// lasting contact.
+    #[cold]
     fn graze<const N: usize>(
         &mut self,
         bodies: [(usize, Partner); N],
-        arrived: &[Flight; N],
+        arrived: [Arrival; N],
         now: Time,
     ) -> Result<(), CollapseError> {
-        for (&(ball, partner), arrived) in bodies.iter().zip(arrived) {
+        for ((ball, partner), arrived) in bodies.into_iter().zip(arrived) {
             let again = self.world.bodies[ball].last_partner == partner && self.world.flights[ball].start() == now;
             if again && !self.world.is_fixed(ball) {
                 let resting = self.world.gravity != DVec3::ZERO;
                 let cause = if resting { Cause::Resting } else { Cause::Resolution };
                 return Err(self.collapse(ball, partner, now, cause));
             }
-            self.settle(ball, partner, *arrived, arrived.velocity(), now);
+            self.settle(ball, partner, arrived.position, arrived.velocity, now);
         }
+        self.counts.grazes += 1;
         Ok(())
     }
 
+    #[cold]
     fn collapse(&self, ball: usize, partner: Partner, now: Time, cause: Cause) -> CollapseError {
         let id = self.world.ids[ball];
         let other = match (partner.as_ball(), partner.as_plane()) {
@@ -250,16 +249,20 @@ impl Simulation {
     }
 
     /// Kinetic energy (J) that a free ball brings to its impact, by the energy it carries; 0 of a fixed one.
-    fn carried_kinetic_energy(&self, ball: usize, arrived: &Flight) -> f64 {
+    #[inline(always)]
+    fn carried_kinetic_energy(&self, ball: usize, arrived: &Arrival) -> f64 {
         if self.world.is_fixed(ball) {
             return 0.0;
         }
-        self.world.bodies[ball].energy - self.world.potential_energy(ball, arrived.position())
+        self.world.bodies[ball].energy - self.world.potential_energy(ball, arrived.position)
     }
 
     /// Carries each free ball's energy on: by work in elastic impacts, afresh from the velocity in others.
-    fn book_energy(&mut self, rows: [Option<usize>; 2], contact: &Contact, outcome: &Outcome, elastic: bool) {
-        self.ledger.dissipated.add(outcome.energy_lost);
+    #[inline(always)]
+    fn book_energy(&mut self, rows: [Option<usize>; 2], contact: &Contact, elastic: bool) {
+        if contact.restitution < 1.0 {
+            self.ledger.dissipated.add(contact.energy_lost());
+        }
         let free = rows.map(|row| row.filter(|&ball| !self.world.is_fixed(ball)));
         match free {
             [Some(a), Some(b)] if elastic => {
@@ -292,6 +295,34 @@ impl Simulation {
 
 /// The approach speed along the rounded normal, -v_AB·n; where rounding hides that it is positive, -v_AB·r / |r|.
 #[inline(always)]
-pub(crate) fn approach_speed(along_normal: f64, along_separation: f64) -> f64 {
-    if along_normal > 0.0 { along_normal } else { along_separation }
+pub(crate) fn approach_speed(along_normal: f64, along_separation: impl FnOnce() -> f64) -> f64 {
+    if along_normal > 0.0 { along_normal } else { along_separation() }
+}
+
+/// The row of an impact.
+fn recorded(
+    contact: &Contact,
+    outcome: &Outcome,
+    kind: Kind,
+    time: Time,
+    [a, b]: [i64; 2],
+    point: DVec3,
+    positions: [DVec3; 2],
+) -> Impact {
+    Impact {
+        time,
+        a,
+        b,
+        kind,
+        point,
+        normal: contact.normal,
+        approach_speed: contact.approach_speed,
+        separation_speed: (outcome.velocity_a - outcome.velocity_b).dot(contact.normal),
+        impulse: contact.impulse(outcome),
+        restitution: contact.restitution,
+        energy_lost: contact.energy_lost(),
+        velocities: [contact.velocity_a, contact.velocity_b, outcome.velocity_a, outcome.velocity_b],
+        positions,
+        masses: [contact.mass_a, contact.mass_b],
+    }
 }

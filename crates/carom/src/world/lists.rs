@@ -308,11 +308,12 @@ fn displacement(world: &World, now: Time) -> Option<f64> {
         _ => 2.0 * radius,
     };
     let packing = world.radii.iter().map(|&radius| ball(radius)).sum::<f64>() / volume;
-    if axes < 2 || packing < LEAST_PACKING {
+    if axes < 2 || packing < std::env::var("LP").map_or(LEAST_PACKING, |x| x.parse().unwrap()) {
         return None;
     }
     let mean = world.radii.iter().sum::<f64>() / count;
-    let within = (NEIGHBOURS + 1.0) * volume / count;
+    let nb: f64 = std::env::var("NB").map_or(NEIGHBOURS, |x| x.parse().unwrap());
+    let within = (nb + 1.0) * volume / count;
     let reach = if axes == 3 { (within / ball(1.0)).cbrt() } else { (within / ball(1.0)).sqrt() };
     Some((0.5 * reach - mean).max(0.05 * mean))
 }
