@@ -6,14 +6,14 @@ pub mod ball_plane;
 pub mod crossing;
 pub mod lanes;
 pub mod root;
-pub mod row;
+mod row;
+mod seeker;
 
 use glam::DVec3;
 
 use self::lanes::Width;
-use self::row::{Search, Soonest};
+use self::seeker::Seeker;
 use crate::event::{Kind, Rank};
-use crate::flight::Flight;
 use crate::time::Time;
 use crate::tolerance::{self, SAME_INSTANT};
 use crate::world::cells::Face;
@@ -49,168 +49,11 @@ pub struct Predictor {
     nearest_image_reach: f64,
     /// All balls fall alike and none grows: their relative flights are straight.
     straight: bool,
+    falling: bool,
     /// Times (s) less than this apart belong to one instant.
     same: f64,
     /// Room for a row of balls near, so that no prediction allocates.
     room: Vec<u32>,
-}
-
-/// A ball that looks for its next impact, with what all its pairs share.
-#[derive(Clone, Copy)]
-struct Seeker<'a> {
-    world: &'a World,
-    periods: &'a Periods,
-    ball: usize,
-    flight: Flight,
-    radius: f64,
-    contact_distance: Option<f64>,
-    /// Seconds since the ball's last impact.
-    age: f64,
-    /// Straight relative flights, to each other's nearest images.
-    plain: bool,
-    nearest_image_reach: f64,
-}
-
-impl<'a> Seeker<'a> {
-    #[inline(always)]
-    fn new(world: &'a World, predictor: &'a Predictor, ball: usize, now: Time) -> Self {
-        let flight = world.flights[ball];
-        let radius = world.radii[ball];
-        Self {
-            world,
-            periods: &predictor.periods,
-            ball,
-            flight,
-            radius,
-            contact_distance: predictor.contact_distance,
-            age: now.since(flight.start()),
-            plain: predictor.straight && radius + predictor.largest_radius <= predictor.nearest_image_reach,
-            nearest_image_reach: predictor.nearest_image_reach,
-        }
-    }
-
-    /// The ball seen from another: position (m) and velocity (m/s), and the seconds that each has flown, at the later of
-    /// their last impacts. Only post-impact states enter, so that what is predicted does not depend on when it is predicted
-    /// (the present only chooses the periodic image).
-    #[inline(always)]
-    fn seen_from(&self, other: usize) -> (DVec3, DVec3, f64) {
-        let theirs = &self.world.flights[other];
-        let ahead = self.flight.start().since(theirs.start());
-        let (mine_flown, theirs_flown) = ((-ahead).max(0.0), ahead.max(0.0));
-        let mut r = (self.flight.position() + self.flight.velocity() * mine_flown)
-            - (theirs.position() + theirs.velocity() * theirs_flown);
-        let mut v = self.flight.velocity() - theirs.velocity();
-        let (mine, their) = (self.world.acceleration(self.ball), self.world.acceleration(other));
-        if mine != DVec3::ZERO || their != DVec3::ZERO {
-            r += (mine * (mine_flown * mine_flown) - their * (theirs_flown * theirs_flown)) * 0.5;
-            v += mine * mine_flown - their * theirs_flown;
-        }
-        if self.periods.any {
-            let lag = self.age - mine_flown;
-            // Where they are now, for the image; their relative flight may be bent.
-            let bent = if mine == their { DVec3::ZERO } else { (mine - their) * (0.5 * lag) };
-            r -= self.periods.shift(r + (v + bent) * lag);
-        }
-        (r, v, mine_flown)
-    }
-
-    /// When the ball and `other` next touch.
-    fn impact_with(&self, other: usize) -> Time {
-        let (r, v, mine_flown) = self.seen_from(other);
-        let start = if mine_flown > 0.0 { self.world.flights[other].start() } else { self.flight.start() };
-        if !self.periods.any || self.radius + self.world.radii[other] <= self.nearest_image_reach {
-            return self.meet(other, r, v, start);
-        }
-        // In a box so small that two balls can meet through more than one image.
-        let range = |axis: usize| if self.periods.length[axis] > 0.0 { -2..=2 } else { 0..=0 };
-        let mut first = Time::NEVER;
-        for x in range(0) {
-            for y in range(1) {
-                for z in range(2) {
-                    let shift = DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * self.periods.length;
-                    let time = self.meet(other, r + shift, v, start);
-                    if time.before(first) {
-                        first = time;
-                    }
-                }
-            }
-        }
-        first
-    }
-
-    /// Seconds until an approaching pair that already touches has its impact: none, unless it rests in a contact without
-    /// restitution. Rounding alone then makes it approach, so slowly that it takes long to get deeper than touching.
-    #[cold]
-    fn rest(&self, other: usize, r: DVec3, v: DVec3) -> f64 {
-        let world = self.world;
-        let theirs = &world.flights[other];
-        if world.restitution.of(world.bodies[self.ball].material, world.bodies[other].material) > 0.0 {
-            return 0.0;
-        }
-        let depth = self.radius + world.radii[other] - r.length();
-        let largest = self.flight.position().abs().max(theirs.position().abs()).max_element();
-        let speeds = self.flight.velocity().length() + theirs.velocity().length();
-        resting_time(-r.dot(v) / r.length(), speeds, depth, largest.max(self.radius + world.radii[other]))
-    }
-
-    /// Considers all of a row that is filled up with the ball itself.
-    #[inline(always)]
-    fn consider_row(&self, width: Width, row: &[u32], first: &mut First, same: f64) {
-        if self.plain {
-            let soonest = self.soonest(width, row);
-            if soonest.after_own_start == f64::INFINITY {
-                return;
-            }
-            if soonest.seconds > 0.0 {
-                let other = row[soonest.place];
-                let theirs = self.world.flights[other as usize].start();
-                let start = if self.flight.start().since(theirs) < 0.0 { theirs } else { self.flight.start() };
-                first.consider(self.world.clock.after(start, soonest.seconds), Partner::ball(other), same);
-                // Measured from one's own start, times err by a few ulps: those in doubt are looked at again.
-                first.tied |=
-                    soonest.next - soonest.after_own_start <= 2.0 * same + 8.0 * f64::EPSILON * soonest.after_own_start;
-                return;
-            }
-        }
-        for &other in row.iter().filter(|&&other| other as usize != self.ball) {
-            first.consider(self.impact_with(other as usize), Partner::ball(other), same);
-        }
-    }
-
-    /// The first impact with any of a row, by whatever registers this machine has.
-    #[inline(always)]
-    fn soonest(&self, width: Width, row: &[u32]) -> Soonest {
-        match width {
-            Width::Narrow(lanes) => Search { lanes, seeker: self, row }.run(),
-            #[cfg(target_arch = "x86_64")]
-            Width::Four(lanes) => Search { lanes, seeker: self, row }.run(),
-            #[cfg(target_arch = "x86_64")]
-            Width::Eight(lanes) => Search { lanes, seeker: self, row }.run(),
-        }
-    }
-
-    /// When two balls touch that are at `r` (m) and fly at `v` (m/s) to each other at `start`.
-    fn meet(&self, other: usize, r: DVec3, v: DVec3, start: Time) -> Time {
-        let world = self.world;
-        let contact_distance = self.radius + world.radii[other];
-        let (fixed, other_fixed) = (world.is_fixed(self.ball), world.is_fixed(other));
-        let seconds = if fixed && other_fixed {
-            None
-        } else if let Some(growth) = &world.growth {
-            let (distance, rate) = (contact_distance * growth.factor(start), contact_distance * growth.rate);
-            ball_ball::time_of_impact_growing(r, v, distance, rate)
-        } else if fixed == other_fixed || world.gravity == DVec3::ZERO {
-            ball_ball::time_of_impact(r, v, contact_distance)
-                .map(|seconds| if seconds == 0.0 { self.rest(other, r, v) } else { seconds })
-        } else {
-            let (free, prescribed) = if fixed { (other, self.ball) } else { (self.ball, other) };
-            let in_contact = world.bodies[free].last_partner == Partner::ball(prescribed as u32)
-                && world.flights[free].start() == start;
-            let a = if fixed { -world.gravity } else { world.gravity };
-            ball_ball_accelerated::time_of_impact(r, v, a, contact_distance, in_contact)
-        };
-        seconds.map_or(Time::NEVER, |seconds| world.clock.after(start, seconds))
-    }
 }
 
 /// When a free ball next touches a plane.
@@ -330,13 +173,15 @@ impl Predictor {
         let largest_radius = world.radii.iter().copied().fold(0.0, f64::max);
         let of_one_size = world.radii.iter().all(|&radius| radius == largest_radius);
         let any_fixed = (0..world.len()).any(|ball| world.is_fixed(ball));
+        let falling = world.gravity != DVec3::ZERO;
         Self {
             width,
             periods: Periods::of(&world.domain),
             contact_distance: of_one_size.then_some(largest_radius + largest_radius),
             largest_radius,
             nearest_image_reach: nearby.nearest_image_reach(),
-            straight: world.growth.is_none() && (world.gravity == DVec3::ZERO || !any_fixed),
+            straight: world.growth.is_none() && !(falling && any_fixed),
+            falling,
             same: SAME_INSTANT * world.clock.span(),
             room: Vec::with_capacity(64),
         }
@@ -350,22 +195,36 @@ impl Predictor {
     /// The first impact of `ball` with anybody near.
     #[inline(always)]
     pub fn first_impact(&mut self, world: &World, nearby: &Nearby, ball: usize, now: Time) -> First {
-        let mut first = First::from(Time::NEVER, Partner::NONE);
-        for_planes(world, nearby.planes(ball), ball, |time, partner| first.consider(time, partner, self.same));
+        if let Nearby::Lists(lists) = nearby
+            && !lists.sees_smaller(ball)
+        {
+            return self.first_of(world, lists.row(ball), lists.planes(ball), ball, now);
+        }
+        self.first_gathered(world, nearby, ball, now)
+    }
+
+    /// The same where those near are not on a list, but have to be gathered.
+    #[inline(never)]
+    fn first_gathered(&mut self, world: &World, nearby: &Nearby, ball: usize, now: Time) -> First {
         let mut room = std::mem::take(&mut self.room);
         let row = nearby.row(world, ball, &mut room);
-        let seeker = Seeker::new(world, self, ball, now);
-        seeker.consider_row(self.width, row, &mut first, self.same);
-        if first.tied {
-            first = self.lowest_of_instant(&seeker, row, nearby.planes(ball));
-        }
+        let first = self.first_of(world, row, nearby.planes(ball), ball, now);
         self.room = room;
         first
     }
 
+    #[inline(always)]
+    fn first_of(&self, world: &World, row: &[u32], planes: PlaneSet, ball: usize, now: Time) -> First {
+        let mut first = First::from(Time::NEVER, Partner::NONE);
+        self.consider_planes(world, planes, ball, &mut first);
+        let seeker = Seeker { world, predictor: self, ball, now };
+        seeker.consider_row(row, &mut first);
+        if first.tied { seeker.lowest_of_instant(row, planes) } else { first }
+    }
+
     /// After a passage through the face of a cell: the first of the impact `known` so far and those with the balls and planes
     /// newly near.
-    #[inline(always)]
+    #[inline(never)]
     pub fn first_impact_after_crossing(
         &mut self,
         world: &World,
@@ -377,43 +236,28 @@ impl Predictor {
     ) -> First {
         let Nearby::Cells(cells) = nearby else { return self.first_impact(world, nearby, ball, now) };
         let mut first = known;
-        for_planes(world, nearby.planes(ball), ball, |time, partner| first.consider(time, partner, self.same));
+        self.consider_planes(world, nearby.planes(ball), ball, &mut first);
         let mut room = std::mem::take(&mut self.room);
         room.clear();
         cells.near_after_crossing(ball, world.radii[ball], face, |other| room.push(other));
         let row = filled_up(&mut room, ball);
-        Seeker::new(world, self, ball, now).consider_row(self.width, row, &mut first, self.same);
+        Seeker { world, predictor: self, ball, now }.consider_row(row, &mut first);
         self.room = room;
         if first.tied { self.first_impact(world, nearby, ball, now) } else { first }
     }
 
-    /// Second look, where several impacts of a ball may belong to one instant: the one that comes first in rank.
-    #[cold]
-    fn lowest_of_instant(&self, seeker: &Seeker, row: &[u32], planes: PlaneSet) -> First {
-        let (world, ball) = (seeker.world, seeker.ball);
-        let mut found: Vec<(Time, Partner)> = Vec::new();
-        for_planes(world, planes, ball, |time, partner| found.push((time, partner)));
-        found.extend(
-            row.iter()
-                .filter(|&&other| other as usize != ball)
-                .map(|&other| (seeker.impact_with(other as usize), Partner::ball(other))),
-        );
-        let earliest =
-            found.iter().fold(Time::NEVER, |first, &(time, _)| if time.before(first) { time } else { first });
-        if !earliest.is_reachable() {
-            return First::from(Time::NEVER, Partner::NONE);
+    #[inline(always)]
+    fn consider_planes(&self, world: &World, planes: PlaneSet, ball: usize, first: &mut First) {
+        if !planes.is_empty() {
+            for_planes(world, planes, ball, |time, partner| first.consider(time, partner, self.same));
         }
-        let end = world.clock.after(earliest, self.same);
-        let of_instant = found.into_iter().filter(|(time, _)| !end.before(*time));
-        let lowest = of_instant.min_by_key(|&(_, partner)| rank(world, ball, partner));
-        lowest.map_or(First::from(Time::NEVER, Partner::NONE), |(time, partner)| First::from(time, partner))
     }
 }
 
 /// Calls `visit` with the impacts of a free ball with some planes.
-#[inline(always)]
+#[inline(never)]
 fn for_planes(world: &World, planes: PlaneSet, ball: usize, mut visit: impl FnMut(Time, Partner)) {
-    if planes.is_empty() || world.is_fixed(ball) {
+    if world.is_fixed(ball) {
         return;
     }
     for row in 0..world.planes.len() {

@@ -37,6 +37,7 @@ struct Chunk {
 pub struct Queue {
     origin: Time,
     width: f64,
+    inverse_width: f64,
     first: Vec<u32>,
     chunks: Vec<Chunk>,
     free: u32,
@@ -57,6 +58,7 @@ impl Queue {
         let mut queue = Self {
             origin,
             width: 1.0,
+            inverse_width: 1.0,
             first: Vec::new(),
             chunks: Vec::new(),
             free: NONE,
@@ -73,6 +75,7 @@ impl Queue {
 
     fn shape(&mut self, entries: usize, width: f64) {
         self.width = width.clamp(f64::MIN_POSITIVE * 1e10, f64::MAX * 1e-30);
+        self.inverse_width = 1.0 / self.width;
         // Long enough for most of what comes to fall into the ring.
         let buckets = (entries * 4 / TARGET as usize).next_power_of_two().clamp(FEWEST_BUCKETS, MOST_BUCKETS);
         self.first.clear();
@@ -92,7 +95,7 @@ impl Queue {
     #[inline(always)]
     fn bucket_of(&self, time: Time) -> i64 {
         // The cast saturates: what is too far ahead is simply far.
-        (((time.epoch - self.origin.epoch) + (time.offset - self.origin.offset)) / self.width) as i64
+        (((time.epoch - self.origin.epoch) + (time.offset - self.origin.offset)) * self.inverse_width) as i64
     }
 
     /// Adds an entry.
@@ -225,9 +228,9 @@ impl Queue {
         self.first[slot] = NONE;
         while row != NONE {
             let chunk = self.chunks[row as usize];
-            for entry in &chunk.entries[..chunk.len as usize] {
-                if holds(entry) {
-                    self.sorted.push(*entry);
+            for &entry in &chunk.entries[..chunk.len as usize] {
+                if holds(&entry) {
+                    self.sorted.push(entry);
                 }
             }
             self.in_ring -= chunk.len as usize;

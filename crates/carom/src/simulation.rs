@@ -358,13 +358,11 @@ impl Simulation {
 
     #[inline]
     fn schedule(&mut self, ball: usize, first: First, now: Time) {
-        let (leaving, face) = self.nearby.leaves(&self.world, ball, now);
-        // At one instant bookkeeping goes first.
-        let is_impact = first.time.before(leaving);
-        let time = if is_impact { first.time } else { leaving };
+        let leaving = self.nearby.leaves_before(&self.world, ball, now, first.time);
+        let time = leaving.map_or(first.time, |(time, _)| time);
         let stamp = self.upcoming[ball].stamp.wrapping_add(1);
         let partner_impacts = first.partner.as_ball().map_or(0, |other| self.world.bodies[other].impacts);
-        let leaves = (!is_impact).then_some(face);
+        let leaves = leaving.map(|(_, face)| face);
         self.upcoming[ball] = Upcoming { impact: first.time, partner: first.partner, partner_impacts, stamp, leaves };
         if time.is_reachable() {
             self.queue.push(Entry { time, ball: ball as u32, stamp });

@@ -1,11 +1,11 @@
 //! A ball against a whole row of others, several at a time: [`super::ball_ball::time_of_impact`] in each lane, operation by
 //! operation, so that a pair's root has the same bits as alone.
 
-use glam::DVec3;
 use pulp::NullaryFnOnce;
 
+use super::NO_FRACTION;
 use super::lanes::{Lanes, MOST};
-use super::{NO_FRACTION, Seeker};
+use super::seeker::Seeker;
 
 /// The first impact of a ball with any of a row.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +40,7 @@ impl<L: Lanes> NullaryFnOnce for Search<'_, L> {
     #[inline(always)]
     fn call(self) -> Soonest {
         let Self { lanes, seeker, row } = self;
-        match (seeker.periods.any, seeker.world.gravity != DVec3::ZERO) {
+        match (seeker.predictor.periods.any, seeker.predictor.falling) {
             (false, false) => soonest::<L, false, false>(lanes, seeker, row),
             (true, false) => soonest::<L, true, false>(lanes, seeker, row),
             (false, true) => soonest::<L, false, true>(lanes, seeker, row),
@@ -63,10 +63,10 @@ impl<L: Lanes> Axis<L> {
     #[inline(always)]
     fn new(l: L, seeker: &Seeker, axis: usize) -> Self {
         Self {
-            position: l.all(seeker.flight.position()[axis]),
-            velocity: l.all(seeker.flight.velocity()[axis]),
-            length: l.all(seeker.periods.length[axis]),
-            inverse: l.all(seeker.periods.inverse[axis]),
+            position: l.all(seeker.flight().position()[axis]),
+            velocity: l.all(seeker.flight().velocity()[axis]),
+            length: l.all(seeker.predictor.periods.length[axis]),
+            inverse: l.all(seeker.predictor.periods.inverse[axis]),
             gravity: l.all(seeker.world.gravity[axis]),
         }
     }
@@ -119,8 +119,9 @@ fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool>(l: L, seeker: &S
     let flights = &seeker.world.flights[..];
     let zero = l.all(0.0);
     let never = l.all(f64::INFINITY);
-    let start = seeker.flight.start();
-    let (epoch, offset, age) = (l.all(start.epoch), l.all(start.offset), l.all(seeker.age));
+    let start = seeker.flight().start();
+    let (epoch, offset) = (l.all(start.epoch), l.all(start.offset));
+    let age = l.all(seeker.now.since(start));
     let axes = [Axis::new(l, seeker, 0), Axis::new(l, seeker, 1), Axis::new(l, seeker, 2)];
     let (mut best, mut best_seconds, mut best_block, mut second) = (never, never, zero, never);
     for (block, others) in row.chunks_exact(L::COUNT).enumerate() {
@@ -132,9 +133,9 @@ fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool>(l: L, seeker: &S
         let (ry, vy) = axes[1].seen_from::<PERIODIC, FALLING>(l, y, vy, flown);
         let (rz, vz) = axes[2].seen_from::<PERIODIC, FALLING>(l, z, vz, flown);
         let (r, v) = ([rx, ry, rz], [vx, vy, vz]);
-        let distance = match seeker.contact_distance {
+        let distance = match seeker.predictor.contact_distance {
             Some(same) => l.all(same),
-            None => l.add(l.all(seeker.radius), l.gather(&seeker.world.radii, others)),
+            None => l.add(l.all(seeker.radius()), l.gather(&seeker.world.radii, others)),
         };
         let b = dot(l, r, v);
         let squared = dot(l, r, r);

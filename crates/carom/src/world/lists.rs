@@ -131,8 +131,22 @@ impl Lists {
         self.planes.get(ball).copied().unwrap_or(PlaneSet::NONE)
     }
 
-    /// When the ball leaves the sphere around its list's centre; under gravity maybe earlier, never later.
+    /// Whether it is told at a glance that the ball stays within its sphere until `time`: on a straight way, it does if it is
+    /// there then.
     #[inline(always)]
+    pub fn stays_until(&self, world: &World, ball: usize, now: Time, time: Time) -> bool {
+        if world.gravity != DVec3::ZERO || !time.is_reachable() {
+            return false;
+        }
+        let flight = &world.flights[ball];
+        let centre = self.shells[ball].centre;
+        let then = flight.position() + flight.velocity() * time.since(flight.start()) - centre;
+        let present = flight.position() + flight.velocity() * now.since(flight.start()) - centre;
+        let within = self.displacement * self.displacement;
+        then.length_squared() < within && present.length_squared() < within
+    }
+
+    /// When the ball leaves the sphere around its list's centre; under gravity maybe earlier, never later.
     pub fn leaves(&self, world: &World, ball: usize, now: Time) -> Time {
         // From where it is now: of a long flight, the way since its start would leave no digits for the sphere.
         let velocity = world.velocity(ball, now);

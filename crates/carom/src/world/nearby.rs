@@ -61,13 +61,16 @@ impl Nearby {
         }
     }
 
-    /// When `ball` leaves its place, and through which face if that is a cell.
+    /// When `ball` leaves its place, and through which face if that is a cell; `None` if that is after `impact`.
     #[inline(always)]
-    pub fn leaves(&self, world: &World, ball: usize, now: Time) -> (Time, Face) {
-        match self {
-            Self::Cells(cells) => cells.next_crossing(world, ball, now),
+    pub fn leaves_before(&self, world: &World, ball: usize, now: Time, impact: Time) -> Option<(Time, Face)> {
+        let (time, face) = match self {
+            Self::Lists(lists) if lists.stays_until(world, ball, now, impact) => return None,
             Self::Lists(lists) => (lists.leaves(world, ball, now), Face::NONE),
-        }
+            Self::Cells(cells) => cells.next_crossing(world, ball, now),
+        };
+        // At one instant bookkeeping goes first.
+        (!impact.before(time)).then_some((time, face))
     }
 
     /// Follows a ball that was put back into the box by `images` sizes.
