@@ -18,18 +18,42 @@ pub struct Entry {
     pub stamp: u32,
 }
 
-const NONE: u32 = u32::MAX;
 const CHUNK: usize = 5;
 /// Entries a bucket should hold.
 const TARGET: f64 = 4.0;
 const FEWEST_BUCKETS: usize = 64;
 const MOST_BUCKETS: usize = 1 << 22;
 
+/// A chunk's row, and how many entries are in it: one number, so that a push reads one line and writes another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Fill(u64);
+
+impl Fill {
+    /// No chunk: as if it were full.
+    const NONE: Self = Self((u32::MAX as u64) << 3 | CHUNK as u64);
+
+    #[inline(always)]
+    fn new(row: usize, len: usize) -> Self {
+        Self((row as u64) << 3 | len as u64)
+    }
+
+    #[inline(always)]
+    fn row(self) -> usize {
+        (self.0 >> 3) as usize
+    }
+
+    #[inline(always)]
+    fn len(self) -> usize {
+        (self.0 & 7) as usize
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(128))]
 struct Chunk {
     entries: [Entry; CHUNK],
-    next: u32,
-    len: u32,
+    /// The next of the bucket, which is full, or none.
+    next: Fill,
 }
 
 /// The calendar.
@@ -38,9 +62,11 @@ pub struct Queue {
     origin: Time,
     width: f64,
     inverse_width: f64,
-    first: Vec<u32>,
+    /// The chunk of each bucket that has room.
+    buckets: Vec<Fill>,
     chunks: Vec<Chunk>,
-    free: u32,
+    /// Rows of chunks not in use.
+    free: Vec<u32>,
     /// Number of the bucket of the present, counted from `origin`.
     present: i64,
     /// Its entries, latest first.
@@ -59,9 +85,9 @@ impl Queue {
             origin,
             width: 1.0,
             inverse_width: 1.0,
-            first: Vec::new(),
+            buckets: Vec::new(),
             chunks: Vec::new(),
-            free: NONE,
+            free: Vec::new(),
             present: 0,
             sorted: Vec::new(),
             far: Vec::new(),
@@ -78,15 +104,16 @@ impl Queue {
         self.inverse_width = 1.0 / self.width;
         // Long enough for most of what comes to fall into the ring.
         let buckets = (entries * 4 / TARGET as usize).next_power_of_two().clamp(FEWEST_BUCKETS, MOST_BUCKETS);
-        self.first.clear();
-        self.first.resize(buckets, NONE);
+        self.buckets.clear();
+        self.buckets.resize(buckets, Fill::NONE);
         self.buckets_passed = 0;
         self.entries_met = 0;
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.first.capacity() * 4
+        self.buckets.capacity() * size_of::<Fill>()
+            + self.free.capacity() * 4
             + self.chunks.capacity() * size_of::<Chunk>()
             + (self.sorted.capacity() + self.far.capacity()) * size_of::<Entry>()
     }
@@ -102,42 +129,55 @@ impl Queue {
     #[inline]
     pub fn push(&mut self, entry: Entry) {
         let bucket = self.bucket_of(entry.time);
-        if bucket <= self.present {
-            // Latest first, so the place is near the end.
-            let mut place = self.sorted.len();
-            while place > 0 && earlier(&self.sorted[place - 1], &entry) {
-                place -= 1;
-            }
-            self.sorted.insert(place, entry);
-        } else if bucket.saturating_sub(self.present) >= self.first.len() as i64 {
+        let ahead = bucket.saturating_sub(self.present);
+        if ahead > 0 && ahead < self.buckets.len() as i64 {
+            self.put_into_ring(bucket, entry);
+        } else if ahead > 0 {
             self.far.push(entry);
         } else {
-            self.put_into_ring(bucket, entry);
+            self.put_into_present(entry);
         }
     }
 
+    fn put_into_present(&mut self, entry: Entry) {
+        // Latest first, so the place is near the end.
+        let mut place = self.sorted.len();
+        self.sorted.push(entry);
+        while place > 0 && earlier(&self.sorted[place - 1], &entry) {
+            self.sorted[place] = self.sorted[place - 1];
+            place -= 1;
+        }
+        self.sorted[place] = entry;
+    }
+
+    #[inline(always)]
     fn put_into_ring(&mut self, bucket: i64, entry: Entry) {
-        let slot = bucket as usize & (self.first.len() - 1);
-        let head = self.first[slot];
         self.in_ring += 1;
-        if head != NONE {
-            let chunk = &mut self.chunks[head as usize];
-            if (chunk.len as usize) < CHUNK {
-                chunk.entries[chunk.len as usize] = entry;
-                chunk.len += 1;
-                return;
+        let slot = bucket as usize & (self.buckets.len() - 1);
+        let fill = self.buckets[slot];
+        if fill.len() == CHUNK {
+            return self.begin_chunk(slot, entry);
+        }
+        self.chunks[fill.row()].entries[fill.len()] = entry;
+        self.buckets[slot] = Fill(fill.0 + 1);
+    }
+
+    #[inline(never)]
+    fn begin_chunk(&mut self, slot: usize, entry: Entry) {
+        let next = self.buckets[slot];
+        let row = match self.free.pop() {
+            Some(row) => {
+                let chunk = &mut self.chunks[row as usize];
+                chunk.entries[0] = entry;
+                chunk.next = next;
+                row as usize
             }
-        }
-        let fresh = Chunk { entries: [entry; CHUNK], next: head, len: 1 };
-        if self.free == NONE {
-            self.first[slot] = self.chunks.len() as u32;
-            self.chunks.push(fresh);
-        } else {
-            let row = self.free;
-            self.free = self.chunks[row as usize].next;
-            self.chunks[row as usize] = fresh;
-            self.first[slot] = row;
-        }
+            None => {
+                self.chunks.push(Chunk { entries: [entry; CHUNK], next });
+                self.chunks.len() - 1
+            }
+        };
+        self.buckets[slot] = Fill::new(row, 1);
     }
 
     /// The earliest entry for which `holds`; entries before it for which it does not are dropped.
@@ -179,7 +219,7 @@ impl Queue {
             }
             self.recall_far(holds);
         }
-        let mask = self.first.len() - 1;
+        let mask = self.buckets.len() - 1;
         loop {
             self.present += 1;
             self.buckets_passed += 1;
@@ -187,7 +227,7 @@ impl Queue {
                 self.recall_far(holds);
             }
             let slot = self.present as usize & mask;
-            if self.first[slot] != NONE {
+            if self.buckets[slot] != Fill::NONE {
                 self.open(slot, holds);
                 if !self.sorted.is_empty() {
                     break;
@@ -197,7 +237,7 @@ impl Queue {
                 return !self.far.is_empty() && self.turn(holds);
             }
         }
-        if self.buckets_passed as usize > 4 * self.first.len() + 256 {
+        if self.buckets_passed as usize > 4 * self.buckets.len() + 256 {
             self.adapt(holds);
         }
         true
@@ -212,7 +252,7 @@ impl Queue {
                 continue;
             }
             let bucket = self.bucket_of(entry.time);
-            if bucket.saturating_sub(self.present) >= self.first.len() as i64 {
+            if bucket.saturating_sub(self.present) >= self.buckets.len() as i64 {
                 self.far[kept] = entry;
                 kept += 1;
             } else {
@@ -224,22 +264,21 @@ impl Queue {
 
     /// Sorts the bucket of the present.
     fn open(&mut self, slot: usize, holds: &impl Fn(&Entry) -> bool) {
-        let mut row = self.first[slot];
-        self.first[slot] = NONE;
-        while row != NONE {
-            let chunk = self.chunks[row as usize];
-            for &entry in &chunk.entries[..chunk.len as usize] {
+        let mut fill = self.buckets[slot];
+        self.buckets[slot] = Fill::NONE;
+        while fill != Fill::NONE {
+            let (row, len) = (fill.row(), fill.len());
+            for place in 0..len {
+                let entry = self.chunks[row].entries[place];
                 if holds(&entry) {
-                    self.sorted.push(entry);
+                    self.put_into_present(entry);
                 }
             }
-            self.in_ring -= chunk.len as usize;
-            self.chunks[row as usize].next = self.free;
-            self.free = row;
-            row = chunk.next;
+            self.in_ring -= len;
+            self.free.push(row as u32);
+            fill = self.chunks[row].next;
         }
         self.entries_met += self.sorted.len() as u64;
-        self.sorted.sort_unstable_by(order_latest_first);
     }
 
     /// After some laps: if the buckets turned out too full or too empty, builds the calendar anew with another width.
@@ -252,7 +291,7 @@ impl Queue {
         }
         let mut all = std::mem::take(&mut self.far);
         all.append(&mut self.sorted);
-        for slot in 0..self.first.len() {
+        for slot in 0..self.buckets.len() {
             self.open(slot, holds);
             all.append(&mut self.sorted);
         }
@@ -266,7 +305,7 @@ impl Queue {
         self.present = 0;
         self.shape(all.len(), self.width * factor);
         self.chunks.clear();
-        self.free = NONE;
+        self.free.clear();
         self.in_ring = 0;
         for entry in all {
             self.push(entry);
@@ -277,12 +316,7 @@ impl Queue {
 /// Whether `a` comes before `b`: by time, then (to be definite) by ball and stamp.
 #[inline(always)]
 fn earlier(a: &Entry, b: &Entry) -> bool {
-    order_latest_first(b, a) == std::cmp::Ordering::Less
-}
-
-#[inline(always)]
-fn order_latest_first(a: &Entry, b: &Entry) -> std::cmp::Ordering {
-    b.time.order(a.time).then(b.ball.cmp(&a.ball)).then(b.stamp.cmp(&a.stamp))
+    a.time.before(b.time) || (a.time == b.time && (a.ball, a.stamp) < (b.ball, b.stamp))
 }
 
 #[cfg(test)]
