@@ -71,7 +71,7 @@ impl Engine {
         let mut flat = Vec::with_capacity(3 * self.rows.len());
         for row in &self.rows {
             let vector = match *row {
-                Row::Ball(ball) => of_ball(ball),
+                Row::Ball(rank) => of_ball(self.world().row(rank)),
                 Row::Plane(plane) => of_plane(plane),
             };
             flat.extend_from_slice(&vector.to_array());
@@ -89,7 +89,7 @@ impl Engine {
             .rows
             .iter()
             .map(|row| match *row {
-                Row::Ball(ball) => of_ball(ball),
+                Row::Ball(rank) => of_ball(self.world().row(rank)),
                 Row::Plane(plane) => of_plane(plane),
             })
             .collect();
@@ -115,8 +115,7 @@ impl Engine {
 
     fn impact<'py>(&self, py: Python<'py>, impact: &Impact) -> PyResult<Bound<'py, PyDict>> {
         let world = self.world();
-        let spin =
-            |id: i64| world.ids.binary_search(&id).map_or(DVec3::ZERO, |ball| world.angular_velocity(ball)).to_array();
+        let spin = |id: i64| world.row_of(id).map_or(DVec3::ZERO, |ball| world.angular_velocity(ball)).to_array();
         let row = PyDict::new(py);
         let (time, time_low) = impact.time.to_pair();
         row.set_item("time", time)?;
@@ -148,7 +147,7 @@ impl Engine {
 
 /// Balls and planes of the scene by id; walls of the domain are no bodies.
 fn rows(world: &World) -> Vec<Row> {
-    let balls = world.ids.iter().enumerate().map(|(ball, &id)| (id, Row::Ball(ball)));
+    let balls = (0..world.len()).map(|rank| (world.ids[world.row(rank)], Row::Ball(rank)));
     let planes = world.planes.iter().enumerate().map(|(row, plane)| (plane.id, Row::Plane(row)));
     let mut rows: Vec<(i64, Row)> = balls.chain(planes.filter(|(id, _)| *id >= 0)).collect();
     rows.sort_by_key(|(id, _)| *id);
@@ -263,7 +262,7 @@ impl Engine {
         let mut flat = Vec::with_capacity(4 * self.rows.len());
         for row in &self.rows {
             flat.extend_from_slice(&match *row {
-                Row::Ball(ball) => self.world().orientation(ball, now),
+                Row::Ball(rank) => self.world().orientation(self.world().row(rank), now),
                 Row::Plane(_) => [1.0, 0.0, 0.0, 0.0],
             });
         }
@@ -280,7 +279,7 @@ impl Engine {
         let mut flat = Vec::with_capacity(3 * self.rows.len());
         for row in &self.rows {
             flat.extend_from_slice(&match *row {
-                Row::Ball(ball) => self.world().wrapped(ball, now).1,
+                Row::Ball(rank) => self.world().wrapped(self.world().row(rank), now).1,
                 Row::Plane(_) => [0; 3],
             });
         }

@@ -144,7 +144,9 @@ fn totals(world: &World, now: Time) -> Totals {
     let mut angular_scale = Sum::default();
     let mut pending = VectorSum::default();
     let mut free_mass = Sum::default();
-    for ball in 0..world.len() {
+    // In the order of ids: sums of floating-point numbers depend on it.
+    for rank in 0..world.len() {
+        let ball = world.row(rank);
         if world.is_fixed(ball) {
             continue;
         }

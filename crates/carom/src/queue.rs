@@ -5,6 +5,8 @@
 //! surfaces. Width and length adapt to what the run shows, counted in events, never in time measured; they affect the
 //! cost alone, not the order.
 
+use prefetch_index::prefetch_index;
+
 use crate::time::Time;
 
 /// One future moment of a ball.
@@ -200,6 +202,33 @@ impl Queue {
     #[inline]
     pub fn remove_earliest(&mut self) {
         self.sorted.pop();
+    }
+
+    /// Number of the bucket of the present: changes when the calendar turns.
+    #[inline(always)]
+    pub fn present(&self) -> i64 {
+        self.present
+    }
+
+    /// Calls `visit` with the entries of the bucket `ahead` of the present one: those last pushed, up to a chunk of them.
+    #[inline(always)]
+    pub fn ahead(&self, ahead: usize, mut visit: impl FnMut(&Entry)) {
+        let fill = self.buckets[(self.present as usize).wrapping_add(ahead) & (self.buckets.len() - 1)];
+        if fill != Fill::NONE {
+            self.chunks[fill.row()].entries[..fill.len()].iter().for_each(&mut visit);
+        }
+    }
+
+    /// Fetches what [`Queue::ahead`] will read.
+    #[inline(always)]
+    pub fn prefetch(&self, ahead: usize) {
+        let fill = self.buckets[(self.present as usize).wrapping_add(ahead) & (self.buckets.len() - 1)];
+        prefetch_index(&self.chunks, fill.row());
+    }
+
+    /// The entries of the present.
+    pub fn at_present(&self) -> &[Entry] {
+        &self.sorted
     }
 
     /// Goes on to the next bucket that holds anything; false if nothing is left.

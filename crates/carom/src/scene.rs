@@ -216,12 +216,15 @@ impl Scene {
             gravity: self.gravity,
             domain: self.domain,
             restitution,
+            rows: (0..order.len() as u32).collect(),
             ids: order.iter().map(|&row| balls.ids[row]).collect(),
             flights: order.iter().map(|&row| Flight::new(balls.positions[row], balls.velocities[row], start)).collect(),
             radii: order.iter().map(|&row| balls.radii[row]).collect(),
             bodies: order
                 .iter()
-                .map(|&row| Body {
+                .enumerate()
+                .map(|(rank, &row)| Body {
+                    rank: rank as u32,
                     mass: if balls.fixed[row] { f64::INFINITY } else { balls.masses[row] },
                     energy: 0.0,
                     material: balls.materials[row],

@@ -7,6 +7,8 @@ mod impact;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use prefetch_index::prefetch_index;
+
 use crate::error::CollapseError;
 use crate::event::{Rank, Upcoming};
 use crate::ledger::{Balance, Ledger};
@@ -22,6 +24,9 @@ use crate::world::{Boundary, Partner, World};
 
 use guard::CollapseGuard;
 pub(crate) use impact::approach_speed;
+
+/// So many balls are in the processor's cache, with all that is known of them.
+const CACHED: usize = 4000;
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,6 +87,10 @@ pub struct Simulation {
     counts: Counts,
     crossings_at_layout: u64,
     recorded: Option<ImpactTable>,
+    /// Whether there are so many balls that what an event needs is not in the cache.
+    looks_ahead: bool,
+    /// The bucket of the calendar at which that was last done.
+    looked_ahead: i64,
     /// Impacts are wanted one by one, recorded or not.
     watched: bool,
     last_impact: Option<Impact>,
@@ -95,10 +104,14 @@ impl Simulation {
         Self::at(world, now, ledger, Counts::default(), record)
     }
 
-    fn at(world: World, now: Time, ledger: Ledger, counts: Counts, record: bool) -> Self {
+    fn at(mut world: World, now: Time, ledger: Ledger, counts: Counts, record: bool) -> Self {
+        if world.growth.is_none() {
+            world.arrange(now);
+        }
         let width = Width::of_this_machine();
         let nearby = Nearby::lay_out(&world, now, width);
         let guard = CollapseGuard::new(&world);
+        let looks_ahead = world.len() > CACHED;
         let mut simulation = Self {
             now,
             predictor: Predictor::new(&world, &nearby, width),
@@ -114,6 +127,8 @@ impl Simulation {
             crossings_at_layout: counts.crossings,
             counts,
             recorded: record.then(ImpactTable::default),
+            looks_ahead,
+            looked_ahead: -1,
             watched: false,
             last_impact: None,
         };
@@ -223,6 +238,9 @@ impl Simulation {
         loop {
             let upcoming = &self.upcoming;
             let entry = self.queue.earliest(|entry| upcoming[entry.ball as usize].stamp == entry.stamp);
+            if self.looks_ahead && self.queue.present() != self.looked_ahead {
+                self.look_ahead();
+            }
             let in_instant = !self.instant.is_empty();
             let limit = if in_instant { self.instant_end } else { until };
             let Some(entry) = entry.filter(|entry| !limit.before(entry.time)) else {
@@ -297,6 +315,48 @@ impl Simulation {
         } else {
             Event::Impact { ball, partner: upcoming.partner, time }
         })
+    }
+
+    /// Fetches into the cache what the next events will need: the nearer an event, the more of what it leads to is known.
+    #[inline(never)]
+    fn look_ahead(&mut self) {
+        self.looked_ahead = self.queue.present();
+        let Nearby::Lists(lists) = &self.nearby else { return };
+        let (world, upcoming) = (&self.world, &self.upcoming[..]);
+        self.queue.prefetch(4);
+        self.queue.ahead(3, |entry| {
+            let ball = entry.ball as usize;
+            prefetch_index(upcoming, ball);
+            prefetch_index(&world.flights, ball);
+            prefetch_index(&world.bodies, ball);
+            lists.prefetch(ball);
+        });
+        self.queue.ahead(2, |entry| {
+            let ball = entry.ball as usize;
+            if upcoming[ball].stamp == entry.stamp {
+                lists.prefetch_row(ball);
+                if let Some(other) = upcoming[ball].partner.as_ball() {
+                    prefetch_index(upcoming, other);
+                    prefetch_index(&world.flights, other);
+                    prefetch_index(&world.bodies, other);
+                    lists.prefetch(other);
+                }
+            }
+        });
+        self.queue.ahead(1, |entry| {
+            let ball = entry.ball as usize;
+            if upcoming[ball].stamp == entry.stamp {
+                lists.row(ball).iter().for_each(|&near| prefetch_index(&world.flights, near as usize));
+                if let Some(other) = upcoming[ball].partner.as_ball() {
+                    lists.prefetch_row(other);
+                }
+            }
+        });
+        for entry in self.queue.at_present() {
+            if let Some(other) = upcoming[entry.ball as usize].partner.as_ball() {
+                lists.row(other).iter().for_each(|&near| prefetch_index(&world.flights, near as usize));
+            }
+        }
     }
 
     /// Goes on in the middle of an instant: what belongs to it up to `end` is taken from the queue before its impacts are
@@ -382,7 +442,7 @@ impl Simulation {
             }
             Nearby::Lists(lists) => lists.renew(&self.world, ball, now),
         }
-        if self.cells_have_run_apart() {
+        if self.is_out_of_order() {
             self.lay_out_anew(now);
         } else if self.is_stale(ball) {
             self.predict(ball, now);
@@ -394,16 +454,19 @@ impl Simulation {
         }
     }
 
-    /// Balls that fly apart in open space cross ever more cells of the old size in vain.
-    fn cells_have_run_apart(&self) -> bool {
+    /// Balls that fly apart in open space cross ever more cells of the old size in vain; and elsewhere, too, those who were
+    /// beside each other in space, and are so in memory, mix.
+    fn is_out_of_order(&self) -> bool {
         const CROSSINGS_PER_BALL: u64 = 64;
-        self.world.domain.boundary.contains(&Boundary::Open)
-            && self.counts.crossings - self.crossings_at_layout > CROSSINGS_PER_BALL * self.world.len() as u64
+        const FEW: usize = 2000;
+        let matters = self.world.len() > FEW || self.world.domain.boundary.contains(&Boundary::Open);
+        matters && self.counts.crossings - self.crossings_at_layout > CROSSINGS_PER_BALL * self.world.len() as u64
     }
 
     fn lay_out_anew(&mut self, now: Time) {
         self.crossings_at_layout = self.counts.crossings;
         self.counts.layouts += 1;
+        self.world.arrange(now);
         self.nearby = Nearby::lay_out(&self.world, now, self.width);
         self.predictor = Predictor::new(&self.world, &self.nearby, self.width);
         self.instant.clear();

@@ -1,5 +1,6 @@
 //! What is true now: the balls, each with its own clock, the planes, the domain and the materials.
 
+mod arrangement;
 pub mod bins;
 pub mod cells;
 pub mod lists;
@@ -153,6 +154,11 @@ impl Partner {
         self.0
     }
 
+    /// The same, with the row of a ball replaced.
+    pub fn with_ball(self, row: impl FnOnce(u32) -> u32) -> Self {
+        if self.as_ball().is_some() { Self(row(self.0)) } else { self }
+    }
+
     /// From a number, for checkpoints.
     pub fn from_bits(bits: u32) -> Self {
         Self(bits)
@@ -173,9 +179,11 @@ pub struct Body {
     pub last_partner: Partner,
     /// Impacts so far: tells whether a prediction still holds.
     pub impacts: u32,
+    /// The ball's place in the order of ids.
+    pub rank: u32,
 }
 
-/// All balls and planes, sorted by id, so that rows do not depend on the order of insertion.
+/// All balls and planes. Balls lie in memory in any order; [`World::row`] tells the row of each in the order of ids.
 #[derive(Clone, Debug)]
 pub struct World {
     /// Seconds become instants by this clock.
@@ -190,7 +198,9 @@ pub struct World {
     pub domain: Domain,
     /// Restitution by material.
     pub restitution: RestitutionTable,
-    /// Identities of the balls, ascending.
+    /// The row of each ball, in the order of ids.
+    pub rows: Vec<u32>,
+    /// Identities of the balls.
     pub ids: Vec<i64>,
     /// Their flights.
     pub flights: Vec<Flight>,
@@ -231,6 +241,18 @@ impl World {
     /// How many balls there are.
     pub fn len(&self) -> usize {
         self.flights.len()
+    }
+
+    /// The row of the ball that is `rank`-th in the order of ids.
+    #[inline(always)]
+    pub fn row(&self, rank: usize) -> usize {
+        self.rows[rank] as usize
+    }
+
+    /// The row of the ball with an id.
+    pub fn row_of(&self, id: i64) -> Option<usize> {
+        let rank = self.rows.binary_search_by_key(&id, |&row| self.ids[row as usize]).ok()?;
+        Some(self.row(rank))
     }
 
     /// Whether there are no balls.

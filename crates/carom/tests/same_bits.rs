@@ -17,7 +17,8 @@ fn hash(simulation: &mut Simulation) -> String {
     let (time, low) = simulation.now().to_pair();
     number(time);
     number(low);
-    for ball in 0..world.len() {
+    for rank in 0..world.len() {
+        let ball = world.row(rank);
         for x in world.wrapped(ball, simulation.now()).0.to_array() {
             number(x);
         }

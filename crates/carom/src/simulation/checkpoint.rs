@@ -93,14 +93,16 @@ impl Simulation {
         out.floats(&ledger.momentum_start.to_array());
         out.floats(&ledger.angular_momentum_start.to_array());
         out.floats(&[ledger.energy_scale, ledger.momentum_scale, ledger.angular_momentum_scale]);
-        for ball in 0..world.len() {
+        for rank in 0..world.len() {
+            let ball = world.row(rank);
             let (flight, body) = (&world.flights[ball], &world.bodies[ball]);
             out.u64(world.ids[ball] as u64);
             out.floats(&flight.position().to_array());
             out.floats(&flight.velocity().to_array());
             out.time(flight.start());
             out.floats(&[body.energy]);
-            out.u64(u64::from(body.last_partner.bits()) << 32 | u64::from(body.impacts));
+            let partner = body.last_partner.with_ball(|row| world.bodies[row as usize].rank);
+            out.u64(u64::from(partner.bits()) << 32 | u64::from(body.impacts));
             if let Some(image) = world.images.get(ball) {
                 for &count in image {
                     out.u64(count as u32 as u64);

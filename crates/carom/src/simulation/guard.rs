@@ -45,14 +45,14 @@ impl CollapseGuard {
         approach_speed > MOST_SPEEDUP * self.speed
     }
 
-    /// Notes an impact of `ball` that loses energy; true if they accumulate.
+    /// Notes an impact that loses energy, of the ball `rank`-th in the order of ids; true if they accumulate.
     #[inline]
-    pub fn accumulates(&mut self, ball: usize, now: Time) -> bool {
+    pub fn accumulates(&mut self, rank: usize, now: Time) -> bool {
         if now.since(self.start) > self.window {
             self.start = now;
             self.number = self.number.wrapping_add(1);
         }
-        let Some((number, count)) = self.counts.get_mut(ball) else { return false };
+        let Some((number, count)) = self.counts.get_mut(rank) else { return false };
         if *number != self.number {
             (*number, *count) = (self.number, 0);
         }

@@ -28,7 +28,11 @@ impl Simulation {
         // Within one instant the order of ranks may differ from that of times by rounding; the clock does not run back.
         let now = self.now.later(time);
         match (partner.as_ball(), partner.as_plane()) {
-            (Some(other), _) => self.resolve_balls(ball.min(other), ball.max(other), now)?,
+            (Some(other), _) => {
+                let in_order = self.world.bodies[ball].rank < self.world.bodies[other].rank;
+                let (a, b) = if in_order { (ball, other) } else { (other, ball) };
+                self.resolve_balls(a, b, now)?;
+            }
             (None, Some(plane)) => self.resolve_ball_and_plane(ball, plane, now)?,
             (None, None) => {}
         }
@@ -177,7 +181,7 @@ impl Simulation {
             contact.restitution > 0.0 && self.guard.is_spent(contact.approach_speed, speeds, since, touching(largest));
         let mut many = false;
         for ball in rows.into_iter().flatten() {
-            many |= self.guard.accumulates(ball, now);
+            many |= self.guard.accumulates(self.world.bodies[ball].rank as usize, now);
         }
         spent || many
     }

@@ -7,6 +7,7 @@
 //! (Donev, Torquato and Stillinger 2005, with one sphere for all.)
 
 use glam::DVec3;
+use prefetch_index::prefetch_index;
 
 use super::bins::Bins;
 use super::nearby::PlaneSet;
@@ -105,6 +106,21 @@ impl Lists {
         let shell = &self.shells[ball];
         let used = usize::from(shell.len).div_ceil(MOST);
         self.blocks[shell.start as usize..shell.start as usize + used].as_flattened()
+    }
+
+    /// Fetches where the ball's list is.
+    #[inline(always)]
+    pub fn prefetch(&self, ball: usize) {
+        prefetch_index(&self.shells, ball);
+    }
+
+    /// Fetches the ball's list.
+    #[inline(always)]
+    pub fn prefetch_row(&self, ball: usize) {
+        let shell = &self.shells[ball];
+        for block in 0..usize::from(shell.len).div_ceil(2 * MOST) {
+            prefetch_index(&self.blocks, shell.start as usize + 2 * block);
+        }
     }
 
     /// Whether the ball has to look for smaller ones beside its list.

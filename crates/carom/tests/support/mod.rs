@@ -57,12 +57,12 @@ pub fn run_until(simulation: &mut Simulation, seconds: f64) {
 
 pub fn positions(simulation: &Simulation) -> Vec<DVec3> {
     let world = simulation.world();
-    (0..world.len()).map(|ball| world.position(ball, simulation.now())).collect()
+    (0..world.len()).map(|rank| world.position(world.row(rank), simulation.now())).collect()
 }
 
 pub fn velocities(simulation: &Simulation) -> Vec<DVec3> {
     let world = simulation.world();
-    (0..world.len()).map(|ball| world.velocity(ball, simulation.now())).collect()
+    (0..world.len()).map(|rank| world.velocity(world.row(rank), simulation.now())).collect()
 }
 
 /// A gas of equal balls of diameter 1, mass 1 and kT = 1 in a periodic box.
@@ -117,6 +117,7 @@ impl Lcg {
 pub fn deepest_overlap(simulation: &Simulation) -> f64 {
     let world = simulation.world();
     let at = positions(simulation);
+    let radii: Vec<f64> = (0..at.len()).map(|rank| world.radii[world.row(rank)]).collect();
     let periods = world.domain.periods();
     let mut deepest = f64::NEG_INFINITY;
     for a in 0..at.len() {
@@ -127,12 +128,12 @@ pub fn deepest_overlap(simulation: &Simulation) -> f64 {
                     r[axis] -= (r[axis] / periods[axis]).round() * periods[axis];
                 }
             }
-            let smaller = world.radii[a].min(world.radii[b]);
-            deepest = deepest.max((world.radii[a] + world.radii[b] - r.length()) / smaller);
+            let smaller = radii[a].min(radii[b]);
+            deepest = deepest.max((radii[a] + radii[b] - r.length()) / smaller);
         }
         for plane in &world.planes {
-            let gap = plane.normal.dot(at[a]) - plane.offset_at(simulation.now()) - world.radii[a];
-            deepest = deepest.max(-gap / world.radii[a]);
+            let gap = plane.normal.dot(at[a]) - plane.offset_at(simulation.now()) - radii[a];
+            deepest = deepest.max(-gap / radii[a]);
         }
     }
     deepest
