@@ -17,7 +17,7 @@ use crate::event::{Kind, Rank};
 use crate::time::Time;
 use crate::tolerance::{self, SAME_INSTANT};
 use crate::world::cells::Face;
-use crate::world::nearby::{Nearby, PlaneSet, filled_up};
+use crate::world::nearby::{Gathered, Nearby, PlaneSet};
 use crate::world::{Domain, Partner, World};
 
 /// The shapes there are.
@@ -53,7 +53,7 @@ pub struct Predictor {
     /// Times (s) less than this apart belong to one instant.
     same: f64,
     /// Room for a row of balls near, so that no prediction allocates.
-    room: Vec<u32>,
+    room: Gathered,
 }
 
 /// When a free ball next touches a plane.
@@ -183,7 +183,7 @@ impl Predictor {
             straight: world.growth.is_none() && !(falling && any_fixed),
             falling,
             same: SAME_INSTANT * world.clock.span(),
-            room: Vec::with_capacity(64),
+            room: Gathered::default(),
         }
     }
 
@@ -239,8 +239,8 @@ impl Predictor {
         self.consider_planes(world, nearby.planes(ball), ball, &mut first);
         let mut room = std::mem::take(&mut self.room);
         room.clear();
-        cells.near_after_crossing(ball, world.radii[ball], face, |other| room.push(other));
-        let row = filled_up(&mut room, ball);
+        cells.near_after_crossing(ball, world.radii[ball], face, &mut room);
+        let row = room.filled_up(ball);
         Seeker { world, predictor: self, ball, now }.consider_row(row, &mut first);
         self.room = room;
         if first.tied { self.first_impact(world, nearby, ball, now) } else { first }

@@ -54,6 +54,8 @@ pub trait Lanes: Copy {
     fn store(self, numbers: Self::Numbers, into: &mut [f64; MOST]);
     /// Which of eight points are less than the root of `within` from `from`, as bits; in single precision.
     fn within(self, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32;
+    /// Those of eight rows whose bits are set, moved to the front.
+    fn compressed(self, rows: &[u32; 8], bits: u32) -> [u32; 8];
     /// The lines of the flights at some places, turned into columns.
     fn columns(self, flights: &[Flight], places: &[u32]) -> [Self::Numbers; 8];
 }
@@ -216,6 +218,11 @@ impl Lanes for Narrow {
     }
 
     #[inline(always)]
+    fn compressed(self, rows: &[u32; 8], bits: u32) -> [u32; 8] {
+        compressed_one_by_one(rows, bits)
+    }
+
+    #[inline(always)]
     fn columns(self, flights: &[Flight], places: &[u32]) -> [[f64; 2]; 8] {
         let lines = [flights[places[0] as usize].line(), flights[places[1] as usize].line()];
         std::array::from_fn(|column| lines.map(|line| line[column]))
@@ -309,6 +316,11 @@ impl Lanes for pulp::x86::V3 {
     }
 
     #[inline(always)]
+    fn compressed(self, rows: &[u32; 8], bits: u32) -> [u32; 8] {
+        compressed_one_by_one(rows, bits)
+    }
+
+    #[inline(always)]
     fn columns(self, flights: &[Flight], p: &[u32]) -> [Self::Numbers; 8] {
         let a: [Self::Numbers; 2] = pulp::cast(flights[p[0] as usize].line());
         let b: [Self::Numbers; 2] = pulp::cast(flights[p[1] as usize].line());
@@ -318,6 +330,18 @@ impl Lanes for pulp::x86::V3 {
         let [x4, x5, x6, x7] = turned_four(self, a[1], b[1], c[1], d[1]);
         [x0, x1, x2, x3, x4, x5, x6, x7]
     }
+}
+
+/// Without a branch: each is written to the next place, and over if it does not count.
+#[inline(always)]
+fn compressed_one_by_one(rows: &[u32; 8], bits: u32) -> [u32; 8] {
+    let mut front = [0; 8];
+    let mut count = 0;
+    for (k, &row) in rows.iter().enumerate() {
+        front[count & 7] = row;
+        count += (bits >> k & 1) as usize;
+    }
+    front
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -437,6 +461,12 @@ impl Lanes for pulp::x86::V4 {
     }
 
     #[inline(always)]
+    fn compressed(self, rows: &[u32; 8], bits: u32) -> [u32; 8] {
+        let rows: std::arch::x86_64::__m256i = pulp::cast(*rows);
+        pulp::cast(self.avx512vl._mm256_maskz_compress_epi32(bits as u8, rows))
+    }
+
+    #[inline(always)]
     fn columns(self, flights: &[Flight], p: &[u32]) -> [Self::Numbers; 8] {
         let [even_ab, odd_ab] = two_lines(self, &flights[p[0] as usize], &flights[p[1] as usize]);
         let [even_cd, odd_cd] = two_lines(self, &flights[p[2] as usize], &flights[p[3] as usize]);
@@ -511,6 +541,7 @@ mod tests {
         assert_eq!(lanes.least(a), 1.0);
         let line = [0.0f32, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f32::INFINITY];
         assert_eq!(lanes.within(&[line, line, line], [2.0, 2.0, 2.0], 3.5), 0b1110);
+        assert_eq!(lanes.compressed(&[9, 8, 7, 6, 5, 4, 3, 2], 0b1010_0001)[..3], [9, 4, 2]);
         let turned = lanes.gather(&[5.0, 4.0, 6.0, 3.0, 7.0, 8.0, 2.0, 9.0], &[0, 1, 2, 3, 4, 5, 6, 7]);
         assert_eq!(lanes.least(turned), stored(lanes, turned).into_iter().fold(9.0, f64::min));
     }

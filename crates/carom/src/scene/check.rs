@@ -9,6 +9,7 @@ use crate::error::{CheckError, Problem};
 use crate::time::Time;
 use crate::tolerance::{LIMITS, UNIT_LENGTH, touching};
 use crate::world::cells::Cells;
+use crate::world::nearby::Gathered;
 use crate::world::{Boundary, World};
 
 /// Overlaps looked at: a file with more is in other units, or no scene.
@@ -273,12 +274,14 @@ fn overlaps(world: &World, start: Time) -> Vec<Overlap> {
     }
     let periods = world.domain.periods();
     let mut found = Vec::new();
+    let mut near = Gathered::default();
     for a in 0..world.len() {
         let first = found.len();
-        cells.near(a, world.radii[a], |b| {
-            let b = b as usize;
-            if b < a || (world.is_fixed(a) && world.is_fixed(b)) {
-                return;
+        near.clear();
+        cells.near(a, world.radii[a], &mut near);
+        for b in near.rows().iter().map(|&b| b as usize) {
+            if b <= a || (world.is_fixed(a) && world.is_fixed(b)) {
+                continue;
             }
             let mut r = positions[a] - positions[b];
             for axis in 0..3 {
@@ -291,7 +294,7 @@ fn overlaps(world: &World, start: Time) -> Vec<Overlap> {
             if sum - distance > touching(largest) && found.len() < MOST_OVERLAPS {
                 found.push(Overlap { a, b, distance, depth: sum - distance });
             }
-        });
+        }
         found[first..].sort_by_key(|pair| pair.b);
     }
     found

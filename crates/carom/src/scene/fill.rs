@@ -10,6 +10,7 @@ use crate::random::Random;
 use crate::simulation::Simulation;
 use crate::tolerance;
 use crate::world::cells::Cells;
+use crate::world::nearby::Gathered;
 use crate::world::{Boundary, Domain, Growth, RestitutionTable, World};
 
 /// Where the balls of a fill go.
@@ -452,6 +453,7 @@ impl Fill {
         let high = present.positions.iter().copied().fold(region.center + region.size * 0.5, DVec3::max);
         let mut cells = Cells::new(&scene.domain, &all, low, high);
         cells.visit_interiors();
+        let mut near = Gathered::default();
         let mut positions = present.positions.clone();
         positions.resize(all.len(), DVec3::ZERO);
         for (ball, position) in present.positions.iter().enumerate() {
@@ -470,7 +472,7 @@ impl Fill {
                 let drawn = DVec3::new(random.uniform(), random.uniform(), random.uniform());
                 let position = lowest + extent * drawn;
                 if clear_of_planes(scene, position, all[ball])
-                    && clear(&cells, &positions, &all, periods, ball, position)
+                    && clear(&cells, &mut near, &positions, &all, periods, ball, position)
                 {
                     positions[ball] = position;
                     cells.insert(ball, position);
@@ -600,10 +602,18 @@ fn clear_of_planes(scene: &Scene, position: DVec3, radius: f64) -> bool {
     scene.planes.iter().all(|plane| plane.normal.dot(position) - plane.offset >= radius)
 }
 
-fn clear(cells: &Cells, positions: &[DVec3], radii: &[f64], periods: DVec3, ball: usize, position: DVec3) -> bool {
-    let mut free = true;
-    cells.near_point(ball, position, radii[ball], |other| {
-        let other = other as usize;
+fn clear(
+    cells: &Cells,
+    near: &mut Gathered,
+    positions: &[DVec3],
+    radii: &[f64],
+    periods: DVec3,
+    ball: usize,
+    position: DVec3,
+) -> bool {
+    near.clear();
+    cells.near_point(ball, position, radii[ball], near);
+    near.rows().iter().map(|&other| other as usize).all(|other| {
         let mut r = position - positions[other];
         for axis in 0..3 {
             if periods[axis] > 0.0 {
@@ -611,9 +621,8 @@ fn clear(cells: &Cells, positions: &[DVec3], radii: &[f64], periods: DVec3, ball
             }
         }
         let sum = radii[ball] + radii[other];
-        free &= r.length_squared() > sum * sum;
-    });
-    free
+        r.length_squared() > sum * sum
+    })
 }
 
 /// Least distance (m) between two sites of the lattice, across a closed side too.

@@ -7,8 +7,9 @@
 use glam::DVec3;
 use pulp::NullaryFnOnce;
 
+use super::nearby::Gathered;
 use super::{Boundary, Domain};
-use crate::predict::lanes::{Lanes, Width};
+use crate::predict::lanes::{Lanes, MOST, Width};
 use crate::tolerance::BIN_MARGIN;
 
 const SLOTS: usize = 7;
@@ -23,12 +24,12 @@ const FEWEST_BINS: usize = 64;
 struct Bin {
     /// Fractions of the bin, scaled to the same length on all axes; infinite in empty slots.
     at: [[f32; 8]; 3],
-    balls: [u32; SLOTS],
-    more: u32,
+    /// In the last place, not a ball but where more are.
+    balls: [u32; SLOTS + 1],
 }
 
 impl Bin {
-    const EMPTY: Self = Self { at: [[f32::INFINITY; 8]; 3], balls: [NONE; SLOTS], more: NONE };
+    const EMPTY: Self = Self { at: [[f32::INFINITY; 8]; 3], balls: [NONE; SLOTS + 1] };
 }
 
 /// One grid.
@@ -113,21 +114,21 @@ impl Bins {
         self.bin_of[ball] = bin as u32;
         loop {
             let here = &mut self.bins[bin];
-            if let Some(slot) = here.balls.iter().position(|&other| other == NONE) {
+            if let Some(slot) = here.balls[..SLOTS].iter().position(|&other| other == NONE) {
                 here.balls[slot] = ball as u32;
                 for axis in 0..3 {
                     here.at[axis][slot] = fraction[axis];
                 }
                 return;
             }
-            if here.more == NONE {
+            if here.balls[SLOTS] == NONE {
                 let fresh = self.free.pop().unwrap_or_else(|| {
                     self.bins.push(Bin::EMPTY);
                     self.bins.len() as u32 - 1
                 });
-                self.bins[bin].more = fresh;
+                self.bins[bin].balls[SLOTS] = fresh;
             }
-            bin = self.bins[bin].more as usize;
+            bin = self.bins[bin].balls[SLOTS] as usize;
         }
     }
 
@@ -137,26 +138,26 @@ impl Bins {
         let mut bin = self.bin_of[ball];
         while bin != NONE {
             let here = &mut self.bins[bin as usize];
-            if let Some(slot) = here.balls.iter().position(|&other| other == ball as u32) {
+            if let Some(slot) = here.balls[..SLOTS].iter().position(|&other| other == ball as u32) {
                 here.balls[slot] = NONE;
                 here.at[0][slot] = f32::INFINITY;
-                if before != NONE && here.balls == [NONE; SLOTS] {
-                    self.bins[before as usize].more = here.more;
+                if before != NONE && here.balls[..SLOTS] == [NONE; SLOTS] {
+                    self.bins[before as usize].balls[SLOTS] = here.balls[SLOTS];
                     self.bins[bin as usize] = Bin::EMPTY;
                     self.free.push(bin);
                 }
                 return;
             }
             before = bin;
-            bin = here.more;
+            bin = here.balls[SLOTS];
         }
     }
 
-    /// Adds to `found` every other ball whose sphere may touch the sphere of radius `sphere` (m) around `centre` (m).
+    /// Adds to `found` every ball whose sphere may touch the sphere of radius `sphere` (m) around `centre` (m).
     #[inline]
-    pub fn near(&self, width: Width, ball: usize, centre: DVec3, sphere: f64, found: &mut Vec<u32>) {
+    pub fn near(&self, width: Width, centre: DVec3, sphere: f64, found: &mut Gathered) {
         for grid in &self.grids {
-            self.near_in(width, grid, ball, centre, sphere, 0.0, found);
+            self.near_in(width, grid, centre, sphere, 0.0, found);
         }
     }
 
@@ -171,26 +172,17 @@ impl Bins {
         sphere: f64,
         levels: i32,
         depth: f64,
-        found: &mut Vec<u32>,
+        found: &mut Gathered,
     ) {
         let level = self.level(ball);
         for grid in self.grids.iter().filter(|grid| i32::from(grid.level) - level > levels) {
             let hollow = (sphere + grid.smallest - depth) / (1.0 + BIN_MARGIN);
-            self.near_in(width, grid, ball, centre, sphere, hollow.max(0.0), found);
+            self.near_in(width, grid, centre, sphere, hollow.max(0.0), found);
         }
     }
 
     #[expect(clippy::too_many_arguments, reason = "one question, asked twice")]
-    fn near_in(
-        &self,
-        width: Width,
-        grid: &Grid,
-        ball: usize,
-        centre: DVec3,
-        sphere: f64,
-        hollow: f64,
-        found: &mut Vec<u32>,
-    ) {
+    fn near_in(&self, width: Width, grid: &Grid, centre: DVec3, sphere: f64, hollow: f64, found: &mut Gathered) {
         let (own, fraction) = grid.locate(centre);
         let reach = (sphere + grid.largest) * (1.0 + BIN_MARGIN);
         let within = ((reach / grid.widest) * (reach / grid.widest)) as f32 * (1.0 + BIN_MARGIN as f32);
@@ -199,20 +191,19 @@ impl Bins {
             grid.steps(1, own[1], fraction[1], reach),
             grid.steps(2, own[2], fraction[2], reach),
         ];
-        let ball = ball as u32;
         match width {
             Width::Narrow(lanes) => {
-                Scan { lanes, bins: &self.bins, grid, ball, own, fraction, steps, within, hollow, found }.call();
+                Scan { lanes, bins: &self.bins, grid, own, fraction, steps, within, hollow, found }.call();
             }
             #[cfg(target_arch = "x86_64")]
             Width::Four(lanes) => {
                 let bins = &self.bins;
-                lanes.vectorize(Scan { lanes, bins, grid, ball, own, fraction, steps, within, hollow, found });
+                lanes.vectorize(Scan { lanes, bins, grid, own, fraction, steps, within, hollow, found });
             }
             #[cfg(target_arch = "x86_64")]
             Width::Eight(lanes) => {
                 let bins = &self.bins;
-                lanes.vectorize(Scan { lanes, bins, grid, ball, own, fraction, steps, within, hollow, found });
+                lanes.vectorize(Scan { lanes, bins, grid, own, fraction, steps, within, hollow, found });
             }
         }
     }
@@ -228,7 +219,6 @@ struct Scan<'a, L> {
     lanes: L,
     bins: &'a [Bin],
     grid: &'a Grid,
-    ball: u32,
     /// The bin of the point, and where in it.
     own: [i32; 3],
     fraction: [f32; 3],
@@ -238,7 +228,7 @@ struct Scan<'a, L> {
     within: f32,
     /// Bins that are wholly this near (m) hold nobody of interest.
     hollow: f64,
-    found: &'a mut Vec<u32>,
+    found: &'a mut Gathered,
 }
 
 impl<L: Lanes> NullaryFnOnce for Scan<'_, L> {
@@ -246,7 +236,7 @@ impl<L: Lanes> NullaryFnOnce for Scan<'_, L> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { lanes, bins, grid, ball, own, fraction, steps, within, hollow, found } = self;
+        let Self { lanes, bins, grid, own, fraction, steps, within, hollow, found } = self;
         for z in steps[2].0..=steps[2].1 {
             let plane = grid.closed(2, own[2] + z) * grid.count[1] as usize;
             let from_z = fraction[2] - z as f32 * grid.scale[2];
@@ -261,18 +251,13 @@ impl<L: Lanes> NullaryFnOnce for Scan<'_, L> {
                     let from = [fraction[0] - x as f32 * grid.scale[0], from_y, from_z];
                     let mut bin = &bins[row + grid.closed(0, own[0] + x)];
                     loop {
-                        let mut hits = lanes.within(&bin.at, from, within);
-                        while hits != 0 {
-                            let other = bin.balls[hits.trailing_zeros() as usize % SLOTS];
-                            hits &= hits - 1;
-                            if other != ball {
-                                found.push(other);
-                            }
-                        }
-                        if bin.more == NONE {
+                        let hits = lanes.within(&bin.at, from, within);
+                        found.make_room(MOST);
+                        found.add(&lanes.compressed(&bin.balls, hits), hits.count_ones() as usize);
+                        if bin.balls[SLOTS] == NONE {
                             break;
                         }
-                        bin = &bins[bin.more as usize];
+                        bin = &bins[bin.balls[SLOTS] as usize];
                     }
                 }
             }

@@ -11,20 +11,45 @@
 
 use glam::DVec3;
 
-use super::nearby::PlaneSet;
+use super::nearby::{Gathered, PlaneSet};
 use super::{Boundary, Domain, World};
 use crate::predict::crossing;
 use crate::time::Time;
 use crate::tolerance::CELL_MARGIN;
 
-const NOBODY: u32 = u32::MAX;
+/// Balls that a cell holds itself; more are in further ones.
+const SLOTS: usize = 7;
 /// Cells at most for each ball: more of them are emptier, and crossed more often.
-const CELLS_PER_BALL: usize = 2;
+const CELLS_PER_BALL: usize = 1;
 /// So few balls need no cells where space is not periodic.
 const FEW: usize = 32;
 const FEWEST_CELLS: usize = 64;
 /// Radii 1 : 2^20 is beyond what a run can serve.
 const FINEST_LEVEL: u32 = 20;
+
+/// Who is in a cell: half a line of the cache.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+struct Cell {
+    balls: [u32; SLOTS],
+    /// How many, and eight times one more than the row of the further cell.
+    fill: u32,
+}
+
+impl Cell {
+    const EMPTY: Self = Self { balls: [0; SLOTS], fill: 0 };
+
+    #[inline(always)]
+    fn len(&self) -> usize {
+        (self.fill & 7) as usize
+    }
+
+    /// The row of the further cell.
+    #[inline(always)]
+    fn further(&self) -> Option<usize> {
+        (self.fill >> 3).checked_sub(1).map(|row| row as usize)
+    }
+}
 
 /// One level of the grid.
 #[derive(Clone, Debug)]
@@ -33,7 +58,8 @@ struct Level {
     shift: u32,
     count: [i32; 3],
     width: DVec3,
-    first: Vec<u32>,
+    /// Row of its first cell.
+    first: usize,
     largest_radius: f64,
     smallest_radius: f64,
 }
@@ -72,8 +98,9 @@ pub struct Cells {
     interiors: bool,
     levels: Vec<Level>,
     places: Vec<Place>,
-    next: Vec<u32>,
-    previous: Vec<u32>,
+    /// The cells of all levels, and further ones of those that are full.
+    cells: Vec<Cell>,
+    free: Vec<u32>,
     /// Empty where there are no planes.
     planes: Vec<PlaneSet>,
 }
@@ -118,6 +145,7 @@ impl Cells {
         let fine = count_at(finest);
         let mut levels: Vec<Level> = Vec::new();
         let mut level_row = vec![0u32; finest as usize + 1];
+        let mut cells = 0;
         for level in 0..=finest {
             let mut members = radii.iter().zip(&level_of).filter(|(_, l)| **l == level).map(|(r, _)| *r).peekable();
             if members.peek().is_none() {
@@ -130,16 +158,17 @@ impl Cells {
                 shift: finest - level,
                 count,
                 width: extent / DVec3::from_array(count.map(f64::from)),
-                first: vec![NOBODY; count.iter().map(|&n| n as usize).product()],
+                first: cells,
                 largest_radius: most,
                 smallest_radius: least,
             });
+            cells += count.iter().map(|&n| n as usize).product::<usize>();
         }
         let periodic_count =
             std::array::from_fn(|axis| if domain.boundary[axis] == Boundary::Periodic { fine[axis] } else { 0 });
         let places = level_of
             .iter()
-            .map(|&level| Place { coordinate: [0; 3], level: level_row[level as usize], cell: NOBODY })
+            .map(|&level| Place { coordinate: [0; 3], level: level_row[level as usize], cell: 0 })
             .collect();
         Self {
             origin,
@@ -154,8 +183,8 @@ impl Cells {
             interiors: false,
             levels,
             places,
-            next: vec![NOBODY; radii.len()],
-            previous: vec![NOBODY; radii.len()],
+            cells: vec![Cell::EMPTY; cells],
+            free: Vec::new(),
             planes: Vec::new(),
         }
     }
@@ -192,9 +221,7 @@ impl Cells {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.places.len() * (size_of::<Place>() + 8)
-            + self.planes.len()
-            + self.levels.iter().map(|l| l.first.len() * 4).sum::<usize>()
+        self.places.len() * size_of::<Place>() + self.planes.len() + self.cells.capacity() * size_of::<Cell>()
     }
 
     /// Puts a ball at `position` (m) into its cell.
@@ -259,23 +286,35 @@ impl Cells {
         let elapsed = now.since(flight.start());
         let mut least = f64::INFINITY;
         let mut face = Face::NONE;
+        if acceleration == DVec3::ZERO {
+            let (position, velocity) = (flight.position().to_array(), flight.velocity().to_array());
+            for axis in 0..3 {
+                let (x, v) = (position[axis], velocity[axis]);
+                if !self.crossed[axis] || v == 0.0 {
+                    continue;
+                }
+                // The face ahead; by rounding of an earlier crossing it may lie behind by now.
+                let bound = self.bound(ball, axis, v > 0.0);
+                let time = ((bound - x) / v).max(elapsed);
+                if time < least {
+                    least = time;
+                    face = Face { axis: axis as u8, upward: v > 0.0 };
+                }
+            }
+            return (world.clock.after(flight.start(), least), face);
+        }
         for axis in 0..3 {
             let Some((low, high)) = self.bounds(ball, axis) else { continue };
             let (x, v, a) = (flight.position()[axis], flight.velocity()[axis], acceleration[axis]);
-            // Without acceleration only the face ahead can be reached.
-            if a != 0.0 || v > 0.0 {
-                let up = crossing::time_of_passage(x, v, a, high, elapsed);
-                if up < least {
-                    least = up;
-                    face = Face { axis: axis as u8, upward: true };
-                }
+            let up = crossing::time_of_passage(x, v, a, high, elapsed);
+            if up < least {
+                least = up;
+                face = Face { axis: axis as u8, upward: true };
             }
-            if a != 0.0 || v < 0.0 {
-                let down = crossing::time_of_passage(-x, -v, -a, -low, elapsed);
-                if down < least {
-                    least = down;
-                    face = Face { axis: axis as u8, upward: false };
-                }
+            let down = crossing::time_of_passage(-x, -v, -a, -low, elapsed);
+            if down < least {
+                least = down;
+                face = Face { axis: axis as u8, upward: false };
             }
         }
         (world.clock.after(flight.start(), least), face)
@@ -287,120 +326,167 @@ impl Cells {
         if !self.crossed[axis] {
             return None;
         }
-        let coordinate = f64::from(self.places[ball].coordinate[axis]);
-        let low = self.origin[axis] + coordinate * self.width[axis];
-        Some((low, self.origin[axis] + (coordinate + 1.0) * self.width[axis]))
+        Some((self.bound(ball, axis, false), self.bound(ball, axis, true)))
+    }
+
+    #[inline(always)]
+    fn bound(&self, ball: usize, axis: usize, upper: bool) -> f64 {
+        let coordinate = f64::from(self.places[ball].coordinate[axis]) + if upper { 1.0 } else { 0.0 };
+        self.origin[axis] + coordinate * self.width[axis]
     }
 
     fn cell_of(&self, ball: usize) -> u32 {
         let place = &self.places[ball];
         let level = &self.levels[place.level as usize];
-        level.index(level.coordinate(place))
+        level.row(level.coordinate(place)) as u32
     }
 
     fn link(&mut self, ball: usize, cell: u32) {
-        let first = &mut self.levels[self.places[ball].level as usize].first[cell as usize];
-        self.next[ball] = *first;
-        self.previous[ball] = NOBODY;
-        if *first != NOBODY {
-            self.previous[*first as usize] = ball as u32;
-        }
-        *first = ball as u32;
         self.places[ball].cell = cell;
+        let mut row = cell as usize;
+        loop {
+            let here = &mut self.cells[row];
+            let len = here.len();
+            if len < SLOTS {
+                here.balls[len] = ball as u32;
+                here.fill += 1;
+                return;
+            }
+            row = match here.further() {
+                Some(further) => further,
+                None => self.begin_further(row),
+            };
+        }
+    }
+
+    #[cold]
+    fn begin_further(&mut self, row: usize) -> usize {
+        let further = self.free.pop().unwrap_or_else(|| {
+            self.cells.push(Cell::EMPTY);
+            self.cells.len() as u32 - 1
+        });
+        self.cells[row].fill |= (further + 1) << 3;
+        further as usize
     }
 
     fn unlink(&mut self, ball: usize) {
-        let (next, previous) = (self.next[ball], self.previous[ball]);
-        if previous == NOBODY {
-            let place = &self.places[ball];
-            self.levels[place.level as usize].first[place.cell as usize] = next;
-        } else {
-            self.next[previous as usize] = next;
-        }
-        if next != NOBODY {
-            self.previous[next as usize] = previous;
+        let mut before = None;
+        let mut row = self.places[ball].cell as usize;
+        loop {
+            let here = &mut self.cells[row];
+            let len = here.len();
+            if let Some(slot) = here.balls[..len].iter().position(|&other| other == ball as u32) {
+                here.balls[slot] = here.balls[len - 1];
+                here.fill -= 1;
+                if let Some(before) = before
+                    && len == 1
+                {
+                    self.end_further(before, row);
+                }
+                return;
+            }
+            let Some(further) = here.further() else { return };
+            before = Some(row);
+            row = further;
         }
     }
 
-    /// Calls `visit` with every ball that `ball`, of `radius` (m), can meet before either leaves its cell.
-    #[inline(always)]
-    pub fn near(&self, ball: usize, radius: f64, visit: impl FnMut(u32)) {
-        self.near_place(self.places[ball], radius, ball, visit);
+    /// Gives an empty further cell back.
+    #[cold]
+    fn end_further(&mut self, before: usize, row: usize) {
+        let after = self.cells[row].fill & !7;
+        self.cells[before].fill = self.cells[before].fill & 7 | after;
+        self.cells[row] = Cell::EMPTY;
+        self.free.push(row as u32);
+    }
+
+    /// Adds to `found` every ball that `ball`, of `radius` (m), can meet before either leaves its cell; and the ball itself.
+    #[inline]
+    pub fn near(&self, ball: usize, radius: f64, found: &mut Gathered) {
+        self.near_place(&self.places[ball], radius, found);
     }
 
     /// As [`Cells::near`], were the ball at `position` (m).
-    pub fn near_point(&self, ball: usize, position: DVec3, radius: f64, visit: impl FnMut(u32)) {
+    pub fn near_point(&self, ball: usize, position: DVec3, radius: f64, found: &mut Gathered) {
         let place = Place { coordinate: self.coordinate_at(position), ..self.places[ball] };
-        self.near_place(place, radius, ball, visit);
+        self.near_place(&place, radius, found);
     }
 
     #[inline(always)]
-    fn near_place(&self, place: Place, radius: f64, ball: usize, mut visit: impl FnMut(u32)) {
+    fn near_place(&self, place: &Place, radius: f64, found: &mut Gathered) {
         for (row, level) in self.levels.iter().enumerate() {
-            let coordinate = level.coordinate(&place);
+            let coordinate = level.coordinate(place);
             if row as u32 <= place.level {
-                self.beside(level, coordinate, ball, &mut visit);
+                self.beside(level, coordinate, None, found);
             } else {
-                self.shell(level, coordinate, radius, ball, &mut visit);
+                self.shell(level, coordinate, radius, found);
             }
         }
     }
 
     /// As [`Cells::near`], after a passage through `face`: only what the cells behind it hold, if that is enough.
-    #[inline(always)]
-    pub fn near_after_crossing(&self, ball: usize, radius: f64, face: Face, mut visit: impl FnMut(u32)) {
-        let place = self.places[ball];
-        let axis = face.axis as usize;
+    #[inline]
+    pub fn near_after_crossing(&self, ball: usize, radius: f64, face: Face, found: &mut Gathered) {
         let level = &self.levels[0];
-        if self.levels.len() > 1 || level.count[axis] < 4 {
-            return self.near(ball, radius, visit);
+        if self.levels.len() > 1 || level.count[face.axis as usize] < 4 {
+            return self.near(ball, radius, found);
         }
-        let coordinate = level.coordinate(&place);
-        let mut ranges: [([i32; 3], usize); 3] =
-            std::array::from_fn(|axis| neighbours(coordinate[axis], level.count[axis]));
-        let ahead = if face.upward { ranges[axis].0[2] } else { ranges[axis].0[0] };
-        ranges[axis] = ([ahead; 3], 1);
-        let [x, y, z] = &ranges;
-        self.visit_block(level, &x.0[..x.1], &y.0[..y.1], &z.0[..z.1], ball, &mut visit);
+        self.beside(level, level.coordinate(&self.places[ball]), Some(face), found);
     }
 
+    /// The cells at and beside a coordinate; only those behind `face`, if there is one.
     #[inline(always)]
-    fn beside(&self, level: &Level, coordinate: [i32; 3], ball: usize, visit: &mut impl FnMut(u32)) {
-        let [x, y, z]: [([i32; 3], usize); 3] =
-            std::array::from_fn(|axis| neighbours(coordinate[axis], level.count[axis]));
-        if x.1 == 3 && y.1 == 3 && z.1 == 3 {
-            // Almost always: loops of a known length.
-            self.visit_block(level, &x.0, &y.0, &z.0, ball, visit);
-        } else {
-            self.visit_block(level, &x.0[..x.1], &y.0[..y.1], &z.0[..z.1], ball, visit);
+    fn beside(&self, level: &Level, coordinate: [i32; 3], face: Option<Face>, found: &mut Gathered) {
+        let mut beside = [
+            neighbours(coordinate[0], level.count[0]),
+            neighbours(coordinate[1], level.count[1]),
+            neighbours(coordinate[2], level.count[2]),
+        ];
+        if let Some(face) = face {
+            let axis = &mut beside[face.axis as usize];
+            *axis = ([if face.upward { axis.0[2] } else { axis.0[0] }; 3], 1);
         }
-    }
-
-    #[inline(always)]
-    fn visit_block(&self, level: &Level, x: &[i32], y: &[i32], z: &[i32], ball: usize, visit: &mut impl FnMut(u32)) {
-        for &z in z {
-            for &y in y {
-                for &x in x {
-                    self.visit_cell(level, [x, y, z], ball, visit);
+        let [(x, columns), (y, rows), (z, planes)] = beside;
+        for &z in &z[..planes] {
+            for &y in &y[..rows] {
+                let row = level.first + ((z * level.count[1] + y) * level.count[0]) as usize;
+                found.make_room(3 * SLOTS);
+                if columns == 3 {
+                    // Almost always: no loop.
+                    self.gather(row + x[0] as usize, found);
+                    self.gather(row + x[1] as usize, found);
+                    self.gather(row + x[2] as usize, found);
+                } else {
+                    x[..columns].iter().for_each(|&x| self.gather(row + x as usize, found));
                 }
             }
         }
     }
 
+    /// Adds whoever is in a cell.
     #[inline(always)]
-    fn visit_cell(&self, level: &Level, coordinate: [i32; 3], ball: usize, visit: &mut impl FnMut(u32)) {
-        let mut other = level.first[level.index(coordinate) as usize];
-        while other != NOBODY {
-            if other as usize != ball {
-                visit(other);
-            }
-            other = self.next[other as usize];
+    fn gather(&self, row: usize, found: &mut Gathered) {
+        let cell = &self.cells[row];
+        found.add(&cell.balls, cell.len());
+        if cell.fill > 7 {
+            self.gather_further(cell, found);
+        }
+    }
+
+    #[cold]
+    fn gather_further(&self, cell: &Cell, found: &mut Gathered) {
+        let mut further = cell.further();
+        while let Some(row) = further {
+            let cell = &self.cells[row];
+            found.make_room(4 * SLOTS);
+            found.add(&cell.balls, cell.len());
+            further = cell.further();
         }
     }
 
     /// The cells of a finer level in which a ball can touch this one before either leaves its cell: those that the surface
     /// reaches from anywhere in the ball's own cell of that level.
-    fn shell(&self, level: &Level, coordinate: [i32; 3], radius: f64, ball: usize, visit: &mut impl FnMut(u32)) {
+    fn shell(&self, level: &Level, coordinate: [i32; 3], radius: f64, found: &mut Gathered) {
         let reach = (radius + level.largest_radius) * (1.0 + CELL_MARGIN);
         // Centres cannot come nearer than this.
         let least = if self.interiors { 0.0 } else { (radius + level.smallest_radius) * (1.0 - CELL_MARGIN) };
@@ -417,9 +503,10 @@ impl Cells {
                 let least_left = least * least - (far_z * far_z + far_y * far_y);
                 let (inner, outer) = rows[0].between(least_left.max(0.0).sqrt(), reach_left.sqrt());
                 for x in inner..=outer {
-                    self.visit_cell(level, [at(0, x), at(1, y), at(2, z)], ball, visit);
+                    found.make_room(2 * SLOTS);
+                    self.gather(level.row([at(0, x), at(1, y), at(2, z)]), found);
                     if x > 0 && !rows[0].whole {
-                        self.visit_cell(level, [at(0, -x), at(1, y), at(2, z)], ball, visit);
+                        self.gather(level.row([at(0, -x), at(1, y), at(2, z)]), found);
                     }
                 }
             }
@@ -484,8 +571,8 @@ impl Level {
     }
 
     #[inline(always)]
-    fn index(&self, coordinate: [i32; 3]) -> u32 {
-        ((coordinate[2] * self.count[1] + coordinate[1]) * self.count[0] + coordinate[0]) as u32
+    fn row(&self, coordinate: [i32; 3]) -> usize {
+        self.first + ((coordinate[2] * self.count[1] + coordinate[1]) * self.count[0] + coordinate[0]) as usize
     }
 }
 

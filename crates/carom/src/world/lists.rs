@@ -10,7 +10,7 @@ use glam::DVec3;
 use prefetch_index::prefetch_index;
 
 use super::bins::Bins;
-use super::nearby::PlaneSet;
+use super::nearby::{Gathered, PlaneSet};
 use super::{Boundary, World};
 use crate::predict::Periods;
 use crate::predict::lanes::{MOST, Width};
@@ -57,7 +57,7 @@ pub struct Lists {
     planes: Vec<PlaneSet>,
     /// Whether any ball finds smaller ones in the bins.
     unlisted: bool,
-    found: Vec<u32>,
+    found: Gathered,
 }
 
 impl Lists {
@@ -88,7 +88,7 @@ impl Lists {
             planes: if world.planes.is_empty() { Vec::new() } else { vec![PlaneSet::NONE; world.len()] },
             unlisted: bins.depth() > LEVELS_LISTED,
             bins,
-            found: Vec::new(),
+            found: Gathered::default(),
         };
         for ball in 0..world.len() {
             lists.shells[ball].centre = world.position(ball, now);
@@ -130,7 +130,7 @@ impl Lists {
     }
 
     /// Adds to `found` the balls too small for the ball's list that it can meet.
-    pub fn smaller(&self, world: &World, ball: usize, found: &mut Vec<u32>) {
+    pub fn smaller(&self, world: &World, ball: usize, found: &mut Gathered) {
         // Both centres may be a displacement away from where the balls touch.
         let depth = 4.0 * self.displacement * (1.0 + CELL_MARGIN);
         let (centre, sphere) = (self.shells[ball].centre, self.sphere(world, ball));
@@ -215,13 +215,13 @@ impl Lists {
         let fixed = world.is_fixed(ball);
         let mut found = std::mem::take(&mut self.found);
         found.clear();
-        self.bins.near(self.width, ball, centre, self.sphere(world, ball), &mut found);
-        found.retain(|&other| {
+        self.bins.near(self.width, centre, self.sphere(world, ball), &mut found);
+        found.retain(|other| {
             let apart = self.periods.nearest(centre - self.shells[other as usize].centre);
             let within = radius + world.radii[other as usize] + reach;
-            apart.length_squared() < within * within
+            apart.length_squared() < within * within && other as usize != ball
         });
-        for &other in &found {
+        for &other in found.rows() {
             // Two bodies in prescribed motion pass through each other.
             if fixed && world.is_fixed(other as usize) {
                 continue;

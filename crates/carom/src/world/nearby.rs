@@ -31,25 +31,22 @@ impl Nearby {
     /// The rows of whoever `ball` can meet before either leaves its place, filled up with `ball` itself to a multiple of
     /// [`MOST`]. `room` is room to work in.
     #[inline(always)]
-    pub fn row<'a>(&'a self, world: &World, ball: usize, room: &'a mut Vec<u32>) -> &'a [u32] {
+    pub fn row<'a>(&'a self, world: &World, ball: usize, room: &'a mut Gathered) -> &'a [u32] {
+        room.clear();
         match self {
-            Self::Lists(lists) if !lists.sees_smaller(ball) => lists.row(ball),
             Self::Lists(lists) => {
-                room.clear();
-                room.extend_from_slice(lists.row(ball));
+                lists.row(ball).iter().for_each(|&other| room.push(other));
                 lists.smaller(world, ball, room);
-                filled_up(room, ball)
             }
             Self::Cells(cells) => {
-                room.clear();
-                cells.near(ball, world.radii[ball], |other| room.push(other));
+                cells.near(ball, world.radii[ball], room);
                 if world.is_fixed(ball) {
                     // Two bodies in prescribed motion pass through each other.
-                    room.retain(|&other| !world.is_fixed(other as usize));
+                    room.retain(|other| !world.is_fixed(other as usize));
                 }
-                filled_up(room, ball)
             }
         }
+        room.filled_up(ball)
     }
 
     /// The planes that `ball` can meet before it leaves its place.
@@ -99,11 +96,73 @@ impl Nearby {
     }
 }
 
-/// Fills a row up with the ball itself, which never approaches itself.
-#[inline(always)]
-pub fn filled_up(row: &mut Vec<u32>, ball: usize) -> &[u32] {
-    row.resize(row.len().next_multiple_of(MOST), ball as u32);
-    row
+/// Rows of balls, gathered without a branch for each: whole cells are copied, and what is too much is written over.
+#[derive(Clone, Debug, Default)]
+pub struct Gathered {
+    rows: Vec<u32>,
+    len: usize,
+}
+
+impl Gathered {
+    /// Forgets all.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Who was gathered.
+    #[inline(always)]
+    pub fn rows(&self) -> &[u32] {
+        &self.rows[..self.len]
+    }
+
+    /// Makes room for so many more.
+    #[inline(always)]
+    pub fn make_room(&mut self, more: usize) {
+        if self.len + more > self.rows.len() {
+            self.grow(more);
+        }
+    }
+
+    #[cold]
+    fn grow(&mut self, more: usize) {
+        self.rows.resize(2 * (self.len + more).max(128), 0);
+    }
+
+    /// Adds one, making room.
+    #[inline(always)]
+    pub fn push(&mut self, row: u32) {
+        self.make_room(1);
+        self.rows[self.len] = row;
+        self.len += 1;
+    }
+
+    /// Adds the first `count` of a cell's; there must be room for all.
+    #[inline(always)]
+    pub fn add<const N: usize>(&mut self, rows: &[u32; N], count: usize) {
+        self.rows[self.len..self.len + N].copy_from_slice(rows);
+        self.len += count;
+    }
+
+    /// Keeps those of which `keep` is true.
+    #[inline(always)]
+    pub fn retain(&mut self, keep: impl Fn(u32) -> bool) {
+        let mut kept = 0;
+        for k in 0..self.len {
+            let row = self.rows[k];
+            self.rows[kept] = row;
+            kept += usize::from(keep(row));
+        }
+        self.len = kept;
+    }
+
+    /// Fills up with the ball itself, which never approaches itself.
+    #[inline(always)]
+    pub fn filled_up(&mut self, ball: usize) -> &[u32] {
+        self.make_room(MOST);
+        self.rows[self.len..self.len + MOST].fill(ball as u32);
+        &self.rows[..self.len.next_multiple_of(MOST)]
+    }
 }
 
 /// Some of the planes: the first seven by their rows, the others only together.
