@@ -40,11 +40,15 @@ impl<L: Lanes> NullaryFnOnce for Search<'_, L> {
     #[inline(always)]
     fn call(self) -> Soonest {
         let Self { lanes, seeker, row } = self;
-        match (seeker.predictor.periods.any, seeker.predictor.falling) {
-            (false, false) => soonest::<L, false, false>(lanes, seeker, row),
-            (true, false) => soonest::<L, true, false>(lanes, seeker, row),
-            (false, true) => soonest::<L, false, true>(lanes, seeker, row),
-            (true, true) => soonest::<L, true, true>(lanes, seeker, row),
+        // Right after an impact of its own, nobody's flight is younger.
+        let fresh = seeker.flight().start() == seeker.now;
+        match (seeker.predictor.periods.any, seeker.predictor.falling, fresh) {
+            (true, false, true) => soonest::<L, true, false, true>(lanes, seeker, row),
+            (true, false, false) => soonest::<L, true, false, false>(lanes, seeker, row),
+            (false, false, true) => soonest::<L, false, false, true>(lanes, seeker, row),
+            (false, false, false) => soonest::<L, false, false, false>(lanes, seeker, row),
+            (false, true, _) => soonest::<L, false, true, false>(lanes, seeker, row),
+            (true, true, _) => soonest::<L, true, true, false>(lanes, seeker, row),
         }
     }
 }
@@ -74,7 +78,7 @@ impl<L: Lanes> Axis<L> {
     /// Relative position and velocity, as [`Seeker::seen_from`]; `flown`: seconds that the ball and the others have flown,
     /// and since then until now.
     #[inline(always)]
-    fn seen_from<const PERIODIC: bool, const FALLING: bool>(
+    fn seen_from<const PERIODIC: bool, const FALLING: bool, const FRESH: bool>(
         &self,
         l: L,
         position: L::Numbers,
@@ -82,10 +86,8 @@ impl<L: Lanes> Axis<L> {
         [mine_flown, theirs_flown, lag]: [L::Numbers; 3],
     ) -> (L::Numbers, L::Numbers) {
         let mut v = l.sub(self.velocity, velocity);
-        let mut r = l.sub(
-            l.add(self.position, l.mul(self.velocity, mine_flown)),
-            l.add(position, l.mul(velocity, theirs_flown)),
-        );
+        let mine = if FRESH { self.position } else { l.add(self.position, l.mul(self.velocity, mine_flown)) };
+        let mut r = l.sub(mine, l.add(position, l.mul(velocity, theirs_flown)));
         if FALLING {
             let g = self.gravity;
             let mine = l.mul(g, l.mul(mine_flown, mine_flown));
@@ -94,7 +96,8 @@ impl<L: Lanes> Axis<L> {
             v = l.add(v, l.sub(l.mul(g, mine_flown), l.mul(g, theirs_flown)));
         }
         if PERIODIC {
-            let images = l.add(l.mul(l.add(r, l.mul(v, lag)), self.inverse), l.all(NO_FRACTION));
+            let present = if FRESH { r } else { l.add(r, l.mul(v, lag)) };
+            let images = l.add(l.mul(present, self.inverse), l.all(NO_FRACTION));
             r = l.sub(r, l.mul(l.sub(images, l.all(NO_FRACTION)), self.length));
         }
         (r, v)
@@ -113,9 +116,13 @@ fn minor<L: Lanes>(l: L, a: L::Numbers, b: L::Numbers, c: L::Numbers, d: L::Numb
 }
 
 /// The first impact of the seeker with any of `row`. `PERIODIC`: some axis is; `FALLING`: all balls fall with the same
-/// acceleration. (No closures in here: they would not be compiled for `L`.)
+/// acceleration; `FRESH`: the seeker's flight begins now, and nobody's later. (No closures in here: they would not be compiled for `L`.)
 #[inline(always)]
-fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool>(l: L, seeker: &Seeker, row: &[u32]) -> Soonest {
+fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool, const FRESH: bool>(
+    l: L,
+    seeker: &Seeker,
+    row: &[u32],
+) -> Soonest {
     let flights = &seeker.world.flights[..];
     let zero = l.all(0.0);
     let never = l.all(f64::INFINITY);
@@ -127,11 +134,12 @@ fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool>(l: L, seeker: &S
     for (block, others) in row.chunks_exact(L::COUNT).enumerate() {
         let [x, y, z, vx, vy, vz, their_epoch, their_offset] = l.columns(flights, others);
         let ahead = l.add(l.sub(epoch, their_epoch), l.sub(offset, their_offset));
-        let (mine_flown, theirs_flown) = (l.max(l.sub(zero, ahead), zero), l.max(ahead, zero));
+        let mine_flown = if FRESH { zero } else { l.max(l.sub(zero, ahead), zero) };
+        let theirs_flown = if FRESH { ahead } else { l.max(ahead, zero) };
         let flown = [mine_flown, theirs_flown, l.sub(age, mine_flown)];
-        let (rx, vx) = axes[0].seen_from::<PERIODIC, FALLING>(l, x, vx, flown);
-        let (ry, vy) = axes[1].seen_from::<PERIODIC, FALLING>(l, y, vy, flown);
-        let (rz, vz) = axes[2].seen_from::<PERIODIC, FALLING>(l, z, vz, flown);
+        let (rx, vx) = axes[0].seen_from::<PERIODIC, FALLING, FRESH>(l, x, vx, flown);
+        let (ry, vy) = axes[1].seen_from::<PERIODIC, FALLING, FRESH>(l, y, vy, flown);
+        let (rz, vz) = axes[2].seen_from::<PERIODIC, FALLING, FRESH>(l, z, vz, flown);
         let (r, v) = ([rx, ry, rz], [vx, vy, vz]);
         let distance = match seeker.predictor.contact_distance {
             Some(same) => l.all(same),
@@ -156,14 +164,16 @@ fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool>(l: L, seeker: &S
         // Overlapping and approaching: now.
         let seconds = l.select(l.below(zero, c), flight, zero);
         let meets = l.both(approaching, l.either(hitting, l.below(apart, distance)));
-        let after_own_start = l.select(meets, l.add(seconds, mine_flown), never);
+        let after_own_start = l.select(meets, if FRESH { seconds } else { l.add(seconds, mine_flown) }, never);
         let sooner = l.below(after_own_start, best);
         second = l.min(second, l.max(best, after_own_start));
         best = l.select(sooner, after_own_start, best);
-        best_seconds = l.select(sooner, seconds, best_seconds);
+        if !FRESH {
+            best_seconds = l.select(sooner, seconds, best_seconds);
+        }
         best_block = l.select(sooner, l.all(block as f64), best_block);
     }
-    reduce(l, best, best_seconds, best_block, second)
+    reduce(l, best, if FRESH { best } else { best_seconds }, best_block, second)
 }
 
 /// The first over all lanes.

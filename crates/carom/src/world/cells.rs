@@ -27,27 +27,29 @@ const FEWEST_CELLS: usize = 64;
 /// Radii 1 : 2^20 is beyond what a run can serve.
 const FINEST_LEVEL: u32 = 20;
 
-/// Who is in a cell: half a line of the cache.
+/// Who is in a cell: half a line of the cache, copied whole.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
-struct Cell {
-    balls: [u32; SLOTS],
-    /// How many, and eight times one more than the row of the further cell.
-    fill: u32,
-}
+struct Cell([u32; SLOTS + 1]);
 
 impl Cell {
-    const EMPTY: Self = Self { balls: [0; SLOTS], fill: 0 };
+    const EMPTY: Self = Self([0; SLOTS + 1]);
+
+    /// How many, and eight times one more than the row of the further cell: in the last place.
+    #[inline(always)]
+    fn fill(&self) -> u32 {
+        self.0[SLOTS]
+    }
 
     #[inline(always)]
     fn len(&self) -> usize {
-        (self.fill & 7) as usize
+        (self.fill() & 7) as usize
     }
 
     /// The row of the further cell.
     #[inline(always)]
     fn further(&self) -> Option<usize> {
-        (self.fill >> 3).checked_sub(1).map(|row| row as usize)
+        (self.fill() >> 3).checked_sub(1).map(|row| row as usize)
     }
 }
 
@@ -348,8 +350,8 @@ impl Cells {
             let here = &mut self.cells[row];
             let len = here.len();
             if len < SLOTS {
-                here.balls[len] = ball as u32;
-                here.fill += 1;
+                here.0[len] = ball as u32;
+                here.0[SLOTS] += 1;
                 return;
             }
             row = match here.further() {
@@ -365,7 +367,7 @@ impl Cells {
             self.cells.push(Cell::EMPTY);
             self.cells.len() as u32 - 1
         });
-        self.cells[row].fill |= (further + 1) << 3;
+        self.cells[row].0[SLOTS] |= (further + 1) << 3;
         further as usize
     }
 
@@ -375,9 +377,9 @@ impl Cells {
         loop {
             let here = &mut self.cells[row];
             let len = here.len();
-            if let Some(slot) = here.balls[..len].iter().position(|&other| other == ball as u32) {
-                here.balls[slot] = here.balls[len - 1];
-                here.fill -= 1;
+            if let Some(slot) = here.0[..len].iter().position(|&other| other == ball as u32) {
+                here.0[slot] = here.0[len - 1];
+                here.0[SLOTS] -= 1;
                 if let Some(before) = before
                     && len == 1
                 {
@@ -394,8 +396,8 @@ impl Cells {
     /// Gives an empty further cell back.
     #[cold]
     fn end_further(&mut self, before: usize, row: usize) {
-        let after = self.cells[row].fill & !7;
-        self.cells[before].fill = self.cells[before].fill & 7 | after;
+        let after = self.cells[row].fill() & !7;
+        self.cells[before].0[SLOTS] = self.cells[before].fill() & 7 | after;
         self.cells[row] = Cell::EMPTY;
         self.free.push(row as u32);
     }
@@ -447,17 +449,35 @@ impl Cells {
             *axis = ([if face.upward { axis.0[2] } else { axis.0[0] }; 3], 1);
         }
         let [(x, columns), (y, rows), (z, planes)] = beside;
+        let free = found.free(27 * SLOTS + 1);
+        let mut count = 0;
+        let mut further = false;
         for &z in &z[..planes] {
             for &y in &y[..rows] {
                 let row = level.first + ((z * level.count[1] + y) * level.count[0]) as usize;
-                found.make_room(3 * SLOTS);
-                if columns == 3 {
-                    // Almost always: no loop.
-                    self.gather(row + x[0] as usize, found);
-                    self.gather(row + x[1] as usize, found);
-                    self.gather(row + x[2] as usize, found);
-                } else {
-                    x[..columns].iter().for_each(|&x| self.gather(row + x as usize, found));
+                for &x in &x[..columns] {
+                    let cell = &self.cells[row + x as usize];
+                    free[count..count + SLOTS + 1].copy_from_slice(&cell.0);
+                    count += cell.len();
+                    further |= cell.fill() > 7;
+                }
+            }
+        }
+        if further {
+            return self.beside_crowded(level, beside, found);
+        }
+        found.add_free(count);
+    }
+
+    /// The same where a cell holds more than it has room for.
+    #[cold]
+    fn beside_crowded(&self, level: &Level, beside: [([i32; 3], usize); 3], found: &mut Gathered) {
+        let [(x, columns), (y, rows), (z, planes)] = beside;
+        for &z in &z[..planes] {
+            for &y in &y[..rows] {
+                for &x in &x[..columns] {
+                    found.make_room(SLOTS + 1);
+                    self.gather(level.row([x, y, z]), found);
                 }
             }
         }
@@ -467,8 +487,8 @@ impl Cells {
     #[inline(always)]
     fn gather(&self, row: usize, found: &mut Gathered) {
         let cell = &self.cells[row];
-        found.add(&cell.balls, cell.len());
-        if cell.fill > 7 {
+        found.add(&cell.0, cell.len());
+        if cell.fill() > 7 {
             self.gather_further(cell, found);
         }
     }
@@ -479,7 +499,7 @@ impl Cells {
         while let Some(row) = further {
             let cell = &self.cells[row];
             found.make_room(4 * SLOTS);
-            found.add(&cell.balls, cell.len());
+            found.add(&cell.0, cell.len());
             further = cell.further();
         }
     }
@@ -503,7 +523,7 @@ impl Cells {
                 let least_left = least * least - (far_z * far_z + far_y * far_y);
                 let (inner, outer) = rows[0].between(least_left.max(0.0).sqrt(), reach_left.sqrt());
                 for x in inner..=outer {
-                    found.make_room(2 * SLOTS);
+                    found.make_room(2 * SLOTS + 1);
                     self.gather(level.row([at(0, x), at(1, y), at(2, z)]), found);
                     if x > 0 && !rows[0].whole {
                         self.gather(level.row([at(0, -x), at(1, y), at(2, z)]), found);

@@ -144,6 +144,19 @@ impl Gathered {
         self.len += count;
     }
 
+    /// Free places, at least so many, to be written to in order.
+    #[inline(always)]
+    pub fn free(&mut self, places: usize) -> &mut [u32] {
+        self.make_room(places);
+        &mut self.rows[self.len..]
+    }
+
+    /// Adds those that were written to the first so many free places.
+    #[inline(always)]
+    pub fn add_free(&mut self, count: usize) {
+        self.len += count;
+    }
+
     /// Keeps those of which `keep` is true.
     #[inline(always)]
     pub fn retain(&mut self, keep: impl Fn(u32) -> bool) {
