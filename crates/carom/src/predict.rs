@@ -12,6 +12,7 @@ mod seeker;
 use glam::DVec3;
 
 use self::lanes::Width;
+use self::row::{Search, Soonest};
 use self::seeker::Seeker;
 use crate::event::{Kind, Rank};
 use crate::time::Time;
@@ -211,6 +212,41 @@ impl Predictor {
         let first = self.first_of(world, row, nearby.planes(ball), ball, now);
         self.room = room;
         first
+    }
+
+    /// The first impacts of both balls of an impact.
+    #[inline(always)]
+    pub fn first_impacts(&mut self, world: &World, nearby: &Nearby, balls: [usize; 2], now: Time) -> [First; 2] {
+        if let Nearby::Lists(lists) = nearby
+            && !lists.sees_smaller(balls[0])
+            && !lists.sees_smaller(balls[1])
+        {
+            let seekers = balls.map(|ball| Seeker { world, predictor: self, ball, now });
+            if seekers[0].is_plain() && seekers[1].is_plain() {
+                let rows = balls.map(|ball| lists.row(ball));
+                let found = self.search(seekers, rows);
+                return [0, 1].map(|k| {
+                    let mut first = First::from(Time::NEVER, Partner::NONE);
+                    let planes = lists.planes(balls[k]);
+                    self.consider_planes(world, planes, balls[k], &mut first);
+                    seekers[k].consider_soonest(&found[k], rows[k], &mut first);
+                    if first.tied { seekers[k].lowest_of_instant(rows[k], planes) } else { first }
+                });
+            }
+        }
+        balls.map(|ball| self.first_impact(world, nearby, ball, now))
+    }
+
+    /// Searches rows by whatever registers this machine has.
+    #[inline(always)]
+    fn search<const N: usize>(&self, seekers: [Seeker; N], rows: [&[u32]; N]) -> [Soonest; N] {
+        match self.width {
+            Width::Narrow(lanes) => Search { lanes, seekers, rows }.run(),
+            #[cfg(target_arch = "x86_64")]
+            Width::Four(lanes) => Search { lanes, seekers, rows }.run(),
+            #[cfg(target_arch = "x86_64")]
+            Width::Eight(lanes) => Search { lanes, seekers, rows }.run(),
+        }
     }
 
     #[inline(always)]

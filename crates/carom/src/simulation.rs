@@ -163,9 +163,9 @@ impl Simulation {
                 Event::Impact { ball, partner, time } => {
                     let resolved = self.resolve(ball, partner, time);
                     // Even where the law refuses: the contact is still there, and must be found again.
-                    self.predict(ball, self.now);
-                    if let Some(other) = partner.as_ball() {
-                        self.predict(other, self.now);
+                    match partner.as_ball() {
+                        Some(other) => self.predict_both(ball, other, self.now),
+                        None => self.predict(ball, self.now),
                     }
                     resolved?;
                 }
@@ -408,6 +408,12 @@ impl Simulation {
     fn predict(&mut self, ball: usize, now: Time) {
         let first = self.predictor.first_impact(&self.world, &self.nearby, ball, now);
         self.schedule(ball, first, now);
+    }
+
+    fn predict_both(&mut self, ball: usize, other: usize, now: Time) {
+        let firsts = self.predictor.first_impacts(&self.world, &self.nearby, [ball, other], now);
+        self.schedule(ball, firsts[0], now);
+        self.schedule(other, firsts[1], now);
     }
 
     fn predict_all(&mut self) {

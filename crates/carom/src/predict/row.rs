@@ -20,36 +20,46 @@ pub struct Soonest {
     pub next: f64,
 }
 
-/// The search of one ball through a row whose length is a multiple of [`MOST`].
-pub(super) struct Search<'a, L> {
-    pub lanes: L,
-    pub seeker: &'a Seeker<'a>,
-    pub row: &'a [u32],
+impl Soonest {
+    const NEVER: Self = Self { after_own_start: f64::INFINITY, seconds: f64::INFINITY, place: 0, next: f64::INFINITY };
 }
 
-impl<L: Lanes> Search<'_, L> {
+/// The search of some balls through a row each, whose length is a multiple of [`MOST`]. Both balls of an impact search at
+/// once, so that the processor can work on one row while it waits for the other.
+pub(super) struct Search<'a, L, const N: usize> {
+    pub lanes: L,
+    pub seekers: [Seeker<'a>; N],
+    pub rows: [&'a [u32]; N],
+}
+
+impl<L: Lanes, const N: usize> Search<'_, L, N> {
     #[inline(always)]
-    pub fn run(self) -> Soonest {
+    pub fn run(self) -> [Soonest; N] {
         self.lanes.vectorize(self)
     }
 }
 
-impl<L: Lanes> NullaryFnOnce for Search<'_, L> {
-    type Output = Soonest;
+impl<L: Lanes, const N: usize> NullaryFnOnce for Search<'_, L, N> {
+    type Output = [Soonest; N];
 
     #[inline(always)]
-    fn call(self) -> Soonest {
-        let Self { lanes, seeker, row } = self;
-        // Right after an impact of its own, nobody's flight is younger.
-        let fresh = seeker.flight().start() == seeker.now;
-        match (seeker.predictor.periods.any, seeker.predictor.falling, fresh) {
-            (true, false, true) => soonest::<L, true, false, true>(lanes, seeker, row),
-            (true, false, false) => soonest::<L, true, false, false>(lanes, seeker, row),
-            (false, false, true) => soonest::<L, false, false, true>(lanes, seeker, row),
-            (false, false, false) => soonest::<L, false, false, false>(lanes, seeker, row),
-            (false, true, _) => soonest::<L, false, true, false>(lanes, seeker, row),
-            (true, true, _) => soonest::<L, true, true, false>(lanes, seeker, row),
+    fn call(self) -> [Soonest; N] {
+        let Self { lanes, seekers, rows } = self;
+        let mut found = [Soonest::NEVER; N];
+        for k in 0..N {
+            let (seeker, row) = (&seekers[k], rows[k]);
+            // Right after an impact of its own, nobody's flight is younger.
+            let fresh = seeker.flight().start() == seeker.now;
+            found[k] = match (seeker.predictor.periods.any, seeker.predictor.falling, fresh) {
+                (true, false, true) => soonest::<L, true, false, true>(lanes, seeker, row),
+                (true, false, false) => soonest::<L, true, false, false>(lanes, seeker, row),
+                (false, false, true) => soonest::<L, false, false, true>(lanes, seeker, row),
+                (false, false, false) => soonest::<L, false, false, false>(lanes, seeker, row),
+                (false, true, _) => soonest::<L, false, true, false>(lanes, seeker, row),
+                (true, true, _) => soonest::<L, true, true, false>(lanes, seeker, row),
+            };
         }
+        found
     }
 }
 

@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use super::lanes::Width;
-use super::row::{Search, Soonest};
+use super::row::Soonest;
 use super::{First, Predictor, ball_ball, ball_ball_accelerated, for_planes, rank, resting_time};
 use crate::flight::Flight;
 use crate::time::Time;
@@ -33,7 +32,7 @@ impl Seeker<'_> {
 
     /// Whether all the ball's pairs are straight relative flights to each other's nearest images.
     #[inline(always)]
-    fn is_plain(&self) -> bool {
+    pub fn is_plain(&self) -> bool {
         let Predictor { straight, largest_radius, nearest_image_reach, .. } = *self.predictor;
         straight && self.radius() + largest_radius <= nearest_image_reach
     }
@@ -44,7 +43,13 @@ impl Seeker<'_> {
         if !self.is_plain() {
             return self.consider_one_by_one(row, first);
         }
-        let soonest = self.soonest(row);
+        let [soonest] = self.predictor.search([*self], [row]);
+        self.consider_soonest(&soonest, row, first);
+    }
+
+    /// Considers what a search through the row has found.
+    #[inline(always)]
+    pub fn consider_soonest(&self, soonest: &Soonest, row: &[u32], first: &mut First) {
         if soonest.after_own_start == f64::INFINITY {
             return;
         }
@@ -66,18 +71,6 @@ impl Seeker<'_> {
     fn consider_one_by_one(&self, row: &[u32], first: &mut First) {
         for &other in row.iter().filter(|&&other| other as usize != self.ball) {
             first.consider(self.impact_with(other as usize), Partner::ball(other), self.predictor.same);
-        }
-    }
-
-    /// The first impact with any of a row, by whatever registers this machine has.
-    #[inline(always)]
-    fn soonest(&self, row: &[u32]) -> Soonest {
-        match self.predictor.width {
-            Width::Narrow(lanes) => Search { lanes, seeker: self, row }.run(),
-            #[cfg(target_arch = "x86_64")]
-            Width::Four(lanes) => Search { lanes, seeker: self, row }.run(),
-            #[cfg(target_arch = "x86_64")]
-            Width::Eight(lanes) => Search { lanes, seeker: self, row }.run(),
         }
     }
 
