@@ -4,27 +4,26 @@ use crate::time::Time;
 use crate::world::Partner;
 use crate::world::cells::Face;
 
-/// What comes next for a ball, as far as can be told from the present states. (When it leaves its place, where that comes
-/// first, stands in its entry in the queue alone.)
+/// What comes next for a ball, as far as can be told from the present states.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
 pub struct Upcoming {
-    /// When it next touches somebody; [`Time::NEVER`] if nobody near can be met.
-    pub impact: Time,
-    /// Whom.
+    /// When; [`Time::NEVER`] if nothing ever.
+    pub time: Time,
+    /// Whom it touches; if it leaves its place before, whom it would touch after.
     pub partner: Partner,
     /// The partner's count of impacts when this was foretold: another count, and the prediction is stale.
     pub partner_impacts: u32,
     /// Tells the entry in the queue that still holds from those that do not.
     pub stamp: u32,
-    /// Through which face it leaves its cell before that impact, if it does. (Of a list's sphere, any face.)
+    /// Through which face it leaves its cell, if it does before any impact. (Of a list's sphere, any face.)
     pub leaves: Option<Face>,
 }
 
 impl Upcoming {
     /// Nothing ever.
     pub const NOTHING: Self =
-        Self { impact: Time::NEVER, partner: Partner::NONE, partner_impacts: 0, stamp: 0, leaves: None };
+        Self { time: Time::NEVER, partner: Partner::NONE, partner_impacts: 0, stamp: 0, leaves: None };
 
     /// Whether an impact comes before it leaves its place.
     #[inline(always)]

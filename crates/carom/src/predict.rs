@@ -258,8 +258,8 @@ impl Predictor {
         if first.tied { seeker.lowest_of_instant(row, planes) } else { first }
     }
 
-    /// After a passage through the face of a cell: the first of the impact `known` so far and those with the balls and planes
-    /// newly near.
+    /// After a passage through the face of a cell: the first impact with the balls newly near, the planes near, and the ball
+    /// that is the first of those that were near before, if there is one.
     #[inline(never)]
     pub fn first_impact_after_crossing(
         &mut self,
@@ -268,14 +268,19 @@ impl Predictor {
         ball: usize,
         now: Time,
         face: Face,
-        known: First,
+        known: Partner,
     ) -> First {
         let Nearby::Cells(cells) = nearby else { return self.first_impact(world, nearby, ball, now) };
-        let mut first = known;
+        let mut first = First::from(Time::NEVER, Partner::NONE);
         self.consider_planes(world, nearby.planes(ball), ball, &mut first);
         let mut room = std::mem::take(&mut self.room);
         room.clear();
         cells.near_after_crossing(ball, world.radii[ball], face, &mut room);
+        if let Some(known) = known.as_ball()
+            && !room.rows().contains(&(known as u32))
+        {
+            room.push(known as u32);
+        }
         let row = room.filled_up(ball);
         Seeker { world, predictor: self, ball, now }.consider_row(row, &mut first);
         self.room = room;

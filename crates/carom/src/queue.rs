@@ -14,14 +14,22 @@ use crate::time::Time;
 pub struct Entry {
     /// When.
     pub time: Time,
+    /// Whose.
+    pub mark: Mark,
+}
+
+/// Whose moment an entry is. When it is stands with the ball, where it has to be looked up anyway to see whether the entry
+/// still holds; so eight entries fit a line of the cache.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Mark {
     /// Row of the ball.
     pub ball: u32,
     /// Valid while it is the ball's.
     pub stamp: u32,
 }
 
-const CHUNK: usize = 5;
-/// Entries a bucket should hold.
+const CHUNK: usize = 7;
+/// Entries that hold in a bucket, when it comes up.
 const TARGET: f64 = 4.0;
 const FEWEST_BUCKETS: usize = 64;
 const MOST_BUCKETS: usize = 1 << 22;
@@ -51,9 +59,9 @@ impl Fill {
 }
 
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(128))]
+#[repr(C, align(64))]
 struct Chunk {
-    entries: [Entry; CHUNK],
+    marks: [Mark; CHUNK],
     /// The next of the bucket, which is full, or none.
     next: Fill,
 }
@@ -74,7 +82,7 @@ pub struct Queue {
     /// Its entries, latest first.
     sorted: Vec<Entry>,
     /// Entries beyond the ring.
-    far: Vec<Entry>,
+    far: Vec<Mark>,
     in_ring: usize,
     buckets_passed: u64,
     entries_met: u64,
@@ -117,7 +125,8 @@ impl Queue {
         self.buckets.capacity() * size_of::<Fill>()
             + self.free.capacity() * 4
             + self.chunks.capacity() * size_of::<Chunk>()
-            + (self.sorted.capacity() + self.far.capacity()) * size_of::<Entry>()
+            + self.sorted.capacity() * size_of::<Entry>()
+            + self.far.capacity() * size_of::<Mark>()
     }
 
     /// Which bucket an instant falls into. Rounding is monotonic, so the order of buckets is the order of time.
@@ -133,9 +142,9 @@ impl Queue {
         let bucket = self.bucket_of(entry.time);
         let ahead = bucket.saturating_sub(self.present);
         if ahead > 0 && ahead < self.buckets.len() as i64 {
-            self.put_into_ring(bucket, entry);
+            self.put_into_ring(bucket, entry.mark);
         } else if ahead > 0 {
-            self.far.push(entry);
+            self.far.push(entry.mark);
         } else {
             self.put_into_present(entry);
         }
@@ -153,46 +162,46 @@ impl Queue {
     }
 
     #[inline(always)]
-    fn put_into_ring(&mut self, bucket: i64, entry: Entry) {
+    fn put_into_ring(&mut self, bucket: i64, mark: Mark) {
         self.in_ring += 1;
         let slot = bucket as usize & (self.buckets.len() - 1);
         let fill = self.buckets[slot];
         if fill.len() == CHUNK {
-            return self.begin_chunk(slot, entry);
+            return self.begin_chunk(slot, mark);
         }
-        self.chunks[fill.row()].entries[fill.len()] = entry;
+        self.chunks[fill.row()].marks[fill.len()] = mark;
         self.buckets[slot] = Fill(fill.0 + 1);
     }
 
     #[inline(never)]
-    fn begin_chunk(&mut self, slot: usize, entry: Entry) {
+    fn begin_chunk(&mut self, slot: usize, mark: Mark) {
         let next = self.buckets[slot];
         let row = match self.free.pop() {
             Some(row) => {
                 let chunk = &mut self.chunks[row as usize];
-                chunk.entries[0] = entry;
+                chunk.marks[0] = mark;
                 chunk.next = next;
                 row as usize
             }
             None => {
-                self.chunks.push(Chunk { entries: [entry; CHUNK], next });
+                self.chunks.push(Chunk { marks: [mark; CHUNK], next });
                 self.chunks.len() - 1
             }
         };
         self.buckets[slot] = Fill::new(row, 1);
     }
 
-    /// The earliest entry for which `holds`; entries before it for which it does not are dropped.
+    /// The earliest entry that still holds. `time_of` tells when an entry is, if it holds; those that do not are dropped.
     #[inline]
-    pub fn earliest(&mut self, holds: impl Fn(&Entry) -> bool) -> Option<Entry> {
+    pub fn earliest(&mut self, time_of: impl Fn(Mark) -> Option<Time>) -> Option<Entry> {
         loop {
             while let Some(&entry) = self.sorted.last() {
-                if holds(&entry) {
+                if time_of(entry.mark).is_some() {
                     return Some(entry);
                 }
                 self.sorted.pop();
             }
-            if !self.turn(&holds) {
+            if !self.turn(&time_of) {
                 return None;
             }
         }
@@ -212,10 +221,10 @@ impl Queue {
 
     /// Calls `visit` with the entries of the bucket `ahead` of the present one: those last pushed, up to a chunk of them.
     #[inline(always)]
-    pub fn ahead(&self, ahead: usize, mut visit: impl FnMut(&Entry)) {
+    pub fn ahead(&self, ahead: usize, mut visit: impl FnMut(Mark)) {
         let fill = self.buckets[(self.present as usize).wrapping_add(ahead) & (self.buckets.len() - 1)];
         if fill != Fill::NONE {
-            self.chunks[fill.row()].entries[..fill.len()].iter().for_each(&mut visit);
+            self.chunks[fill.row()].marks[..fill.len()].iter().for_each(|&mark| visit(mark));
         }
     }
 
@@ -232,75 +241,73 @@ impl Queue {
     }
 
     /// Goes on to the next bucket that holds anything; false if nothing is left.
-    fn turn(&mut self, holds: &impl Fn(&Entry) -> bool) -> bool {
+    fn turn(&mut self, time_of: &impl Fn(Mark) -> Option<Time>) -> bool {
         if self.in_ring == 0 {
-            self.far.retain(|entry| holds(entry));
-            let Some(next) = self.far.iter().map(|entry| self.bucket_of(entry.time)).min() else {
+            self.far.retain(|&mark| time_of(mark).is_some());
+            let times = || self.far.iter().filter_map(|&mark| time_of(mark));
+            let Some(next) = times().map(|time| self.bucket_of(time)).min() else {
                 return false;
             };
             if next == i64::MAX {
                 // Too far for this width: start anew from the earliest.
-                let earliest = self.far.iter().copied().reduce(|a, b| if earlier(&a, &b) { a } else { b });
-                self.origin = earliest.map_or(self.origin, |entry| entry.time);
+                self.origin = times().reduce(|a, b| if b.before(a) { b } else { a }).unwrap_or(self.origin);
                 self.present = -1;
             } else {
                 self.present = next - 1;
             }
-            self.recall_far(holds);
+            self.recall_far(time_of);
         }
         let mask = self.buckets.len() - 1;
         loop {
             self.present += 1;
             self.buckets_passed += 1;
             if self.present as usize & mask == 0 {
-                self.recall_far(holds);
+                self.recall_far(time_of);
             }
             let slot = self.present as usize & mask;
             if self.buckets[slot] != Fill::NONE {
-                self.open(slot, holds);
+                self.open(slot, time_of);
                 if !self.sorted.is_empty() {
                     break;
                 }
             }
             if self.in_ring == 0 {
-                return !self.far.is_empty() && self.turn(holds);
+                return !self.far.is_empty() && self.turn(time_of);
             }
         }
         if self.buckets_passed as usize > 4 * self.buckets.len() + 256 {
-            self.adapt(holds);
+            self.adapt(time_of);
         }
         true
     }
 
     /// Moves what has come within the ring's length into the ring.
-    fn recall_far(&mut self, holds: &impl Fn(&Entry) -> bool) {
+    fn recall_far(&mut self, time_of: &impl Fn(Mark) -> Option<Time>) {
         let mut kept = 0;
         for k in 0..self.far.len() {
-            let entry = self.far[k];
-            if !holds(&entry) {
-                continue;
-            }
-            let bucket = self.bucket_of(entry.time);
+            let mark = self.far[k];
+            let Some(time) = time_of(mark) else { continue };
+            let bucket = self.bucket_of(time);
             if bucket.saturating_sub(self.present) >= self.buckets.len() as i64 {
-                self.far[kept] = entry;
+                self.far[kept] = mark;
                 kept += 1;
             } else {
-                self.put_into_ring(bucket.max(self.present), entry);
+                self.put_into_ring(bucket.max(self.present), mark);
             }
         }
         self.far.truncate(kept);
     }
 
     /// Sorts the bucket of the present.
-    fn open(&mut self, slot: usize, holds: &impl Fn(&Entry) -> bool) {
+    fn open(&mut self, slot: usize, time_of: &impl Fn(Mark) -> Option<Time>) {
         let mut fill = self.buckets[slot];
         self.buckets[slot] = Fill::NONE;
         while fill != Fill::NONE {
             let (row, len) = (fill.row(), fill.len());
             for place in 0..len {
-                let entry = self.chunks[row].entries[place];
-                if holds(&entry) {
-                    self.put_into_present(entry);
+                let mark = self.chunks[row].marks[place];
+                if let Some(time) = time_of(mark) {
+                    self.put_into_present(Entry { time, mark });
                 }
             }
             self.in_ring -= len;
@@ -311,20 +318,22 @@ impl Queue {
     }
 
     /// After some laps: if the buckets turned out too full or too empty, builds the calendar anew with another width.
-    fn adapt(&mut self, holds: &impl Fn(&Entry) -> bool) {
+    fn adapt(&mut self, time_of: &impl Fn(Mark) -> Option<Time>) {
         let occupancy = self.entries_met as f64 / self.buckets_passed as f64;
         self.entries_met = 0;
         self.buckets_passed = 0;
-        if (0.25 * TARGET..=4.0 * TARGET).contains(&occupancy) {
+        if (0.5 * TARGET..=2.0 * TARGET).contains(&occupancy) {
             return;
         }
-        let mut all = std::mem::take(&mut self.far);
+        let marks = std::mem::take(&mut self.far);
+        let mut all: Vec<Entry> =
+            marks.into_iter().filter_map(|mark| time_of(mark).map(|time| Entry { time, mark })).collect();
         all.append(&mut self.sorted);
         for slot in 0..self.buckets.len() {
-            self.open(slot, holds);
+            self.open(slot, time_of);
             all.append(&mut self.sorted);
         }
-        all.retain(|entry| holds(entry));
+        all.retain(|entry| time_of(entry.mark).is_some());
         let Some(earliest) = all.iter().copied().reduce(|a, b| if earlier(&a, &b) { a } else { b }) else {
             return;
         };
@@ -332,6 +341,7 @@ impl Queue {
         let factor = (TARGET / occupancy).clamp(0.0625, 16.0);
         self.origin = earliest.time;
         self.present = 0;
+        self.entries_met = 0;
         self.shape(all.len(), self.width * factor);
         self.chunks.clear();
         self.free.clear();
@@ -345,7 +355,7 @@ impl Queue {
 /// Whether `a` comes before `b`: by time, then (to be definite) by ball and stamp.
 #[inline(always)]
 fn earlier(a: &Entry, b: &Entry) -> bool {
-    a.time.before(b.time) || (a.time == b.time && (a.ball, a.stamp) < (b.ball, b.stamp))
+    a.time.before(b.time) || (a.time == b.time && a.mark < b.mark)
 }
 
 #[cfg(test)]
@@ -360,18 +370,22 @@ mod tests {
             let mut queue = Queue::new(clock.at(0.0), 100, 1.0);
             let mut state = 1u64;
             let mut now = clock.at(0.0);
-            for ball in 0..200 {
-                queue.push(Entry { time: clock.after(now, scale * f64::from(ball)), ball, stamp: 0 });
+            let mut times: Vec<Time> = (0..200).map(|ball| clock.after(now, scale * f64::from(ball))).collect();
+            for (ball, &time) in times.iter().enumerate() {
+                queue.push(Entry { time, mark: Mark { ball: ball as u32, stamp: 0 } });
             }
             for _ in 0..20_000 {
-                let entry = queue.earliest(|entry| entry.stamp == 0).expect("never empty");
+                let holds = |mark: Mark| (mark.stamp == 0).then(|| times[mark.ball as usize]);
+                let entry = queue.earliest(holds).expect("never empty");
                 queue.remove_earliest();
                 assert!(!entry.time.before(now), "out of order at scale {scale}");
                 now = entry.time;
                 state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
                 let ahead = scale * ((state >> 40) as f64) / 65536.0;
-                queue.push(Entry { time: clock.after(now, ahead), ball: entry.ball, stamp: 0 });
-                queue.push(Entry { time: clock.after(now, ahead * 0.3), ball: entry.ball, stamp: 1 });
+                let ball = entry.mark.ball;
+                times[ball as usize] = clock.after(now, ahead);
+                queue.push(Entry { time: clock.after(now, ahead * 0.3), mark: Mark { ball, stamp: 1 } });
+                queue.push(Entry { time: times[ball as usize], mark: Mark { ball, stamp: 0 } });
             }
         }
     }

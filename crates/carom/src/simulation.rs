@@ -14,7 +14,7 @@ use crate::event::{Rank, Upcoming};
 use crate::ledger::{Balance, Ledger};
 use crate::predict::lanes::Width;
 use crate::predict::{self, First, Predictor};
-use crate::queue::{Entry, Queue};
+use crate::queue::{Entry, Mark, Queue};
 use crate::record::{Impact, ImpactTable};
 use crate::time::Time;
 use crate::tolerance::SAME_INSTANT;
@@ -236,8 +236,8 @@ impl Simulation {
     #[inline]
     fn take_earliest(&mut self, until: Time) -> Option<Event> {
         loop {
-            let upcoming = &self.upcoming;
-            let entry = self.queue.earliest(|entry| upcoming[entry.ball as usize].stamp == entry.stamp);
+            let upcoming = &self.upcoming[..];
+            let entry = self.queue.earliest(|mark| time_of(upcoming, mark));
             if self.looks_ahead && self.queue.present() != self.looked_ahead {
                 self.look_ahead();
             }
@@ -253,7 +253,7 @@ impl Simulation {
                 return None;
             };
             self.queue.remove_earliest();
-            let ball = entry.ball as usize;
+            let ball = entry.mark.ball as usize;
             if !self.upcoming[ball].is_impact() {
                 return Some(Event::Leaving { ball, time: entry.time });
             }
@@ -268,7 +268,7 @@ impl Simulation {
                 self.instant_end = self.world.clock.after(entry.time, SAME_INSTANT * self.world.clock.span());
             }
             let rank = predict::rank(&self.world, ball, partner);
-            self.instant.push(Reverse((rank, entry.ball, entry.stamp)));
+            self.instant.push(Reverse((rank, entry.mark.ball, entry.mark.stamp)));
         }
     }
 
@@ -278,12 +278,12 @@ impl Simulation {
         let end = self.world.clock.after(time, SAME_INSTANT * self.world.clock.span());
         let mut mirror = None;
         loop {
-            let upcoming = &self.upcoming;
-            let next = self.queue.earliest(|entry| upcoming[entry.ball as usize].stamp == entry.stamp);
+            let upcoming = &self.upcoming[..];
+            let next = self.queue.earliest(|mark| time_of(upcoming, mark));
             match next {
                 Some(next) if !end.before(next.time) => {
-                    let other = &self.upcoming[next.ball as usize];
-                    let mirrored = partner == Partner::ball(next.ball)
+                    let other = &self.upcoming[next.mark.ball as usize];
+                    let mirrored = partner == Partner::ball(next.mark.ball)
                         && other.partner == Partner::ball(ball as u32)
                         && other.is_impact();
                     if !mirrored {
@@ -309,7 +309,7 @@ impl Simulation {
         if upcoming.stamp != stamp {
             return None;
         }
-        let time = upcoming.impact;
+        let time = upcoming.time;
         Some(if self.is_stale(ball) {
             Event::Stale { ball, time }
         } else {
@@ -324,16 +324,16 @@ impl Simulation {
         let Nearby::Lists(lists) = &self.nearby else { return };
         let (world, upcoming) = (&self.world, &self.upcoming[..]);
         self.queue.prefetch(4);
-        self.queue.ahead(3, |entry| {
-            let ball = entry.ball as usize;
+        self.queue.ahead(3, |mark| {
+            let ball = mark.ball as usize;
             prefetch_index(upcoming, ball);
             prefetch_index(&world.flights, ball);
             prefetch_index(&world.bodies, ball);
             lists.prefetch(ball);
         });
-        self.queue.ahead(2, |entry| {
-            let ball = entry.ball as usize;
-            if upcoming[ball].stamp == entry.stamp {
+        self.queue.ahead(2, |mark| {
+            let ball = mark.ball as usize;
+            if upcoming[ball].stamp == mark.stamp {
                 lists.prefetch_row(ball);
                 if let Some(other) = upcoming[ball].partner.as_ball() {
                     prefetch_index(upcoming, other);
@@ -343,9 +343,9 @@ impl Simulation {
                 }
             }
         });
-        self.queue.ahead(1, |entry| {
-            let ball = entry.ball as usize;
-            if upcoming[ball].stamp == entry.stamp {
+        self.queue.ahead(1, |mark| {
+            let ball = mark.ball as usize;
+            if upcoming[ball].stamp == mark.stamp {
                 lists.row(ball).iter().for_each(|&near| prefetch_index(&world.flights, near as usize));
                 if let Some(other) = upcoming[ball].partner.as_ball() {
                     lists.prefetch_row(other);
@@ -353,7 +353,7 @@ impl Simulation {
             }
         });
         for entry in self.queue.at_present() {
-            if let Some(other) = upcoming[entry.ball as usize].partner.as_ball() {
+            if let Some(other) = upcoming[entry.mark.ball as usize].partner.as_ball() {
                 lists.row(other).iter().for_each(|&near| prefetch_index(&world.flights, near as usize));
             }
         }
@@ -363,15 +363,15 @@ impl Simulation {
     /// taken in the order of their ranks.
     fn resume_instant(&mut self, end: Time) {
         loop {
-            let upcoming = &self.upcoming;
-            let entry = self.queue.earliest(|entry| upcoming[entry.ball as usize].stamp == entry.stamp);
+            let upcoming = &self.upcoming[..];
+            let entry = self.queue.earliest(|mark| time_of(upcoming, mark));
             let Some(entry) = entry.filter(|entry| !end.before(entry.time)) else { return };
-            let ball = entry.ball as usize;
+            let ball = entry.mark.ball as usize;
             if self.upcoming[ball].is_impact() {
                 self.queue.remove_earliest();
                 self.instant_end = end;
                 let rank = predict::rank(&self.world, ball, self.upcoming[ball].partner);
-                self.instant.push(Reverse((rank, entry.ball, entry.stamp)));
+                self.instant.push(Reverse((rank, entry.mark.ball, entry.mark.stamp)));
                 return;
             }
             self.queue.remove_earliest();
@@ -429,9 +429,9 @@ impl Simulation {
         let stamp = self.upcoming[ball].stamp.wrapping_add(1);
         let partner_impacts = first.partner.as_ball().map_or(0, |other| self.world.bodies[other].impacts);
         let leaves = leaving.map(|(_, face)| face);
-        self.upcoming[ball] = Upcoming { impact: first.time, partner: first.partner, partner_impacts, stamp, leaves };
+        self.upcoming[ball] = Upcoming { time, partner: first.partner, partner_impacts, stamp, leaves };
         if time.is_reachable() {
-            self.queue.push(Entry { time, ball: ball as u32, stamp });
+            self.queue.push(Entry { time, mark: Mark { ball: ball as u32, stamp } });
         }
     }
 
@@ -453,9 +453,8 @@ impl Simulation {
         } else if self.is_stale(ball) {
             self.predict(ball, now);
         } else {
-            let known = First::from(upcoming.impact, upcoming.partner);
-            let (world, nearby) = (&self.world, &self.nearby);
-            let first = self.predictor.first_impact_after_crossing(world, nearby, ball, now, face, known);
+            let (world, nearby, partner) = (&self.world, &self.nearby, upcoming.partner);
+            let first = self.predictor.first_impact_after_crossing(world, nearby, ball, now, face, partner);
             self.schedule(ball, first, now);
         }
     }
@@ -480,4 +479,11 @@ impl Simulation {
             self.predict(ball, now);
         }
     }
+}
+
+/// When an entry of the queue is, if it still holds.
+#[inline(always)]
+fn time_of(upcoming: &[Upcoming], mark: Mark) -> Option<Time> {
+    let upcoming = &upcoming[mark.ball as usize];
+    (upcoming.stamp == mark.stamp).then_some(upcoming.time)
 }
