@@ -229,9 +229,9 @@ impl Scene {
                     energy: 0.0,
                     material: balls.materials[row],
                     last_partner: Partner::NONE,
-                    impacts: 0,
                 })
                 .collect(),
+            impacts: vec![0; order.len()],
             images: if self.domain.is_periodic() { vec![[0; 3]; order.len()] } else { Vec::new() },
             planes: planes
                 .iter()

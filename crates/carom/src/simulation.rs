@@ -339,6 +339,7 @@ impl Simulation {
                     prefetch_index(upcoming, other);
                     prefetch_index(&world.flights, other);
                     prefetch_index(&world.bodies, other);
+                    prefetch_index(&world.impacts, other);
                     lists.prefetch(other);
                 }
             }
@@ -384,7 +385,7 @@ impl Simulation {
     fn is_stale(&self, ball: usize) -> bool {
         let upcoming = &self.upcoming[ball];
         match upcoming.partner.as_ball() {
-            Some(other) => self.world.bodies[other].impacts != upcoming.partner_impacts,
+            Some(other) => self.world.impacts[other] != upcoming.partner_impacts,
             None => false,
         }
     }
@@ -427,7 +428,7 @@ impl Simulation {
         let leaving = self.nearby.leaves_before(&self.world, ball, now, first.time);
         let time = leaving.map_or(first.time, |(time, _)| time);
         let stamp = self.upcoming[ball].stamp.wrapping_add(1);
-        let partner_impacts = first.partner.as_ball().map_or(0, |other| self.world.bodies[other].impacts);
+        let partner_impacts = first.partner.as_ball().map_or(0, |other| self.world.impacts[other]);
         let leaves = leaving.map(|(_, face)| face);
         self.upcoming[ball] = Upcoming { time, partner: first.partner, partner_impacts, stamp, leaves };
         if time.is_reachable() {

@@ -167,6 +167,7 @@ impl Partner {
 
 /// What an impact reads and writes of a ball beside its flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(32))]
 pub struct Body {
     /// Mass (kg); infinite for fixed balls.
     pub mass: f64,
@@ -177,8 +178,6 @@ pub struct Body {
     pub material: u32,
     /// Partner of the last impact.
     pub last_partner: Partner,
-    /// Impacts so far: tells whether a prediction still holds.
-    pub impacts: u32,
     /// The ball's place in the order of ids.
     pub rank: u32,
 }
@@ -208,6 +207,9 @@ pub struct World {
     pub radii: Vec<f64>,
     /// What else an impact needs.
     pub bodies: Vec<Body>,
+    /// Impacts so far, apart from the rest because predictions look at those of many: another count, and a prediction is
+    /// stale.
+    pub impacts: Vec<u32>,
     /// Periodic images: how many sizes the ball has travelled beyond its stored position. Empty without periodic axes.
     pub images: Vec<[i32; 3]>,
     /// Planes and walls, ascending by id.

@@ -102,7 +102,7 @@ impl Simulation {
             out.time(flight.start());
             out.floats(&[body.energy]);
             let partner = body.last_partner.with_ball(|row| world.bodies[row as usize].rank);
-            out.u64(u64::from(partner.bits()) << 32 | u64::from(body.impacts));
+            out.u64(u64::from(partner.bits()) << 32 | u64::from(world.impacts[ball]));
             if let Some(image) = world.images.get(ball) {
                 for &count in image {
                     out.u64(count as u32 as u64);
@@ -171,7 +171,7 @@ impl Simulation {
             body.energy = input.f64()?;
             let packed = input.u64()?;
             body.last_partner = Partner::from_bits((packed >> 32) as u32);
-            body.impacts = packed as u32;
+            world.impacts[ball] = packed as u32;
             let known = body.last_partner == Partner::NONE
                 || body.last_partner.as_ball().is_some_and(|other| other < world.flights.len())
                 || body.last_partner.as_plane().is_some_and(|row| row < world.planes.len());

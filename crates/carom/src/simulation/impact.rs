@@ -205,9 +205,8 @@ impl Simulation {
             }
         }
         self.world.flights[ball] = Flight::new(position, velocity, now);
-        let body = &mut self.world.bodies[ball];
-        body.last_partner = partner;
-        body.impacts = body.impacts.wrapping_add(1);
+        self.world.bodies[ball].last_partner = partner;
+        self.world.impacts[ball] = self.world.impacts[ball].wrapping_add(1);
     }
 
     #[cold]

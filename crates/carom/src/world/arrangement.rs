@@ -42,6 +42,7 @@ impl World {
         permute(&mut self.flights, from);
         permute(&mut self.radii, from);
         permute(&mut self.bodies, from);
+        permute(&mut self.impacts, from);
         permute(&mut self.images, from);
         if let Some(spin) = &mut self.spin {
             permute(&mut spin.orientation, from);

@@ -118,8 +118,9 @@ impl Lists {
     #[inline(always)]
     pub fn prefetch_row(&self, ball: usize) {
         let shell = &self.shells[ball];
-        for block in 0..usize::from(shell.len).div_ceil(2 * MOST) {
-            prefetch_index(&self.blocks, shell.start as usize + 2 * block);
+        // Blocks need not begin with a line of the cache.
+        for block in 0..=usize::from(shell.len).div_ceil(MOST) {
+            prefetch_index(&self.blocks, shell.start as usize + block);
         }
     }
 
