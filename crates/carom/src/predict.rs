@@ -240,13 +240,7 @@ impl Predictor {
     /// Searches rows by whatever registers this machine has.
     #[inline(always)]
     fn search<const N: usize>(&self, seekers: [Seeker; N], rows: [&[u32]; N]) -> [Soonest; N] {
-        match self.width {
-            Width::Narrow(lanes) => Search { lanes, seekers, rows }.run(),
-            #[cfg(target_arch = "x86_64")]
-            Width::Four(lanes) => Search { lanes, seekers, rows }.run(),
-            #[cfg(target_arch = "x86_64")]
-            Width::Eight(lanes) => Search { lanes, seekers, rows }.run(),
-        }
+        self.width.run(Search { seekers, rows })
     }
 
     #[inline(always)]

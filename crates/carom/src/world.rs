@@ -276,12 +276,14 @@ impl World {
     }
 
     /// A ball's centre (m) at `time`, not wrapped.
+    #[inline(always)]
     pub fn position(&self, ball: usize, time: Time) -> DVec3 {
         let flight = &self.flights[ball];
         flight.position_after(time.since(flight.start()), self.acceleration(ball))
     }
 
     /// A ball's velocity (m/s) at `time`.
+    #[inline(always)]
     pub fn velocity(&self, ball: usize, time: Time) -> DVec3 {
         let flight = &self.flights[ball];
         flight.velocity_after(time.since(flight.start()), self.acceleration(ball))
@@ -303,6 +305,7 @@ impl World {
     }
 
     /// A free ball's potential energy (J) at a `position` of its present image: -m g·x.
+    #[inline(always)]
     pub fn potential_energy(&self, ball: usize, position: DVec3) -> f64 {
         if self.gravity == DVec3::ZERO || self.is_fixed(ball) {
             return 0.0;
@@ -348,6 +351,7 @@ impl World {
     }
 
     /// A free ball's energy (J) right after its last impact: kinetic and in gravity.
+    #[inline(always)]
     pub fn energy(&self, ball: usize) -> f64 {
         let flight = &self.flights[ball];
         0.5 * self.bodies[ball].mass * flight.velocity().length_squared()

@@ -16,8 +16,6 @@ pub trait Lanes: Copy {
     /// That many truths.
     type Mask: Copy;
 
-    /// Runs `work`, compiled for these registers. It and whatever it calls has to be inlined; a closure is not.
-    fn vectorize<W: NullaryFnOnce>(self, work: W) -> W::Output;
     /// The same number in all.
     fn all(self, x: f64) -> Self::Numbers;
     /// Those that stand at some places of `from`.
@@ -54,10 +52,36 @@ pub trait Lanes: Copy {
     fn store(self, numbers: Self::Numbers, into: &mut [f64; MOST]);
     /// Which of eight points are less than the root of `within` from `from`, as bits; in single precision.
     fn within(self, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32;
+    /// Which of eight rows are `row`, as bits.
+    fn matches(self, rows: &[u32; 8], row: u32) -> u32;
     /// Those of eight rows whose bits are set, moved to the front.
     fn compressed(self, rows: &[u32; 8], bits: u32) -> [u32; 8];
     /// The lines of the flights at some places, turned into columns.
     fn columns(self, flights: &[Flight], places: &[u32]) -> [Self::Numbers; 8];
+}
+
+/// Work that is compiled once for each width of registers. It and whatever it calls has to be inlined to be compiled so;
+/// closures are not.
+pub trait Work {
+    /// What comes of it.
+    type Output;
+    /// Does it.
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output;
+}
+
+/// Work that waits for its registers.
+struct Compiled<L, W> {
+    lanes: L,
+    work: W,
+}
+
+impl<L: Lanes, W: Work> NullaryFnOnce for Compiled<L, W> {
+    type Output = W::Output;
+
+    #[inline(always)]
+    fn call(self) -> W::Output {
+        self.work.run(self.lanes)
+    }
 }
 
 /// As many lanes as any machine has.
@@ -98,6 +122,18 @@ impl Width {
             }
         }
         Self::Narrow(Narrow)
+    }
+
+    /// Does work in these registers.
+    #[inline(always)]
+    pub fn run<W: Work>(self, work: W) -> W::Output {
+        match self {
+            Self::Narrow(lanes) => Compiled { lanes, work }.call(),
+            #[cfg(target_arch = "x86_64")]
+            Self::Four(lanes) => lanes.vectorize(Compiled { lanes, work }),
+            #[cfg(target_arch = "x86_64")]
+            Self::Eight(lanes) => lanes.vectorize(Compiled { lanes, work }),
+        }
     }
 
     /// How many numbers lie side by side.
@@ -145,11 +181,6 @@ impl Lanes for Narrow {
         div = |a, b| a / b;
         min = |a, b| if a < b { a } else { b };
         max = |a, b| if a > b { a } else { b };
-    }
-
-    #[inline(always)]
-    fn vectorize<W: NullaryFnOnce>(self, work: W) -> W::Output {
-        work.call()
     }
 
     #[inline(always)]
@@ -218,6 +249,15 @@ impl Lanes for Narrow {
     }
 
     #[inline(always)]
+    fn matches(self, rows: &[u32; 8], row: u32) -> u32 {
+        let mut bits = 0;
+        for (k, &other) in rows.iter().enumerate() {
+            bits |= u32::from(other == row) << k;
+        }
+        bits
+    }
+
+    #[inline(always)]
     fn compressed(self, rows: &[u32; 8], bits: u32) -> [u32; 8] {
         compressed_one_by_one(rows, bits)
     }
@@ -253,11 +293,6 @@ impl Lanes for pulp::x86::V3 {
         max = _mm256_max_pd;
         both = _mm256_and_pd;
         either = _mm256_or_pd;
-    }
-
-    #[inline(always)]
-    fn vectorize<W: NullaryFnOnce>(self, work: W) -> W::Output {
-        Self::vectorize(self, work)
     }
 
     #[inline(always)]
@@ -316,8 +351,16 @@ impl Lanes for pulp::x86::V3 {
     }
 
     #[inline(always)]
+    fn matches(self, rows: &[u32; 8], row: u32) -> u32 {
+        let equal = self.avx2._mm256_cmpeq_epi32(pulp::cast(*rows), self.avx._mm256_set1_epi32(row as i32));
+        self.avx._mm256_movemask_ps(pulp::cast(equal)) as u32
+    }
+
+    #[inline(always)]
     fn compressed(self, rows: &[u32; 8], bits: u32) -> [u32; 8] {
-        compressed_one_by_one(rows, bits)
+        let places = pulp::cast([FRONT[bits as usize & 255], 0]);
+        let rows = self.avx2._mm256_permutevar8x32_epi32(pulp::cast(*rows), self.avx2._mm256_cvtepu8_epi32(places));
+        pulp::cast(rows)
     }
 
     #[inline(always)]
@@ -331,6 +374,25 @@ impl Lanes for pulp::x86::V3 {
         [x0, x1, x2, x3, x4, x5, x6, x7]
     }
 }
+
+/// For each pattern of eight bits: where those that are set stand, from the front on, one byte each.
+#[cfg(target_arch = "x86_64")]
+const FRONT: [u64; 256] = {
+    let mut table = [0; 256];
+    let mut bits = 0;
+    while bits < 256 {
+        let (mut count, mut place) = (0, 0);
+        while place < 8 {
+            if bits >> place & 1 == 1 {
+                table[bits] |= (place as u64) << (8 * count);
+                count += 1;
+            }
+            place += 1;
+        }
+        bits += 1;
+    }
+    table
+};
 
 /// Without a branch: each is written to the next place, and over if it does not count.
 #[inline(always)]
@@ -384,11 +446,6 @@ impl Lanes for pulp::x86::V4 {
         div = _mm512_div_pd;
         min = _mm512_min_pd;
         max = _mm512_max_pd;
-    }
-
-    #[inline(always)]
-    fn vectorize<W: NullaryFnOnce>(self, work: W) -> W::Output {
-        Self::vectorize(self, work)
     }
 
     #[inline(always)]
@@ -458,6 +515,12 @@ impl Lanes for pulp::x86::V4 {
     #[inline(always)]
     fn within(self, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32 {
         within_eight(self.avx, at, from, within)
+    }
+
+    #[inline(always)]
+    fn matches(self, rows: &[u32; 8], row: u32) -> u32 {
+        let equal = self.avx2._mm256_cmpeq_epi32(pulp::cast(*rows), self.avx._mm256_set1_epi32(row as i32));
+        self.avx._mm256_movemask_ps(pulp::cast(equal)) as u32
     }
 
     #[inline(always)]
@@ -541,6 +604,7 @@ mod tests {
         assert_eq!(lanes.least(a), 1.0);
         let line = [0.0f32, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f32::INFINITY];
         assert_eq!(lanes.within(&[line, line, line], [2.0, 2.0, 2.0], 3.5), 0b1110);
+        assert_eq!(lanes.matches(&[9, 8, 7, 6, 9, 4, 3, 9], 9), 0b1001_0001);
         assert_eq!(lanes.compressed(&[9, 8, 7, 6, 5, 4, 3, 2], 0b1010_0001)[..3], [9, 4, 2]);
         let turned = lanes.gather(&[5.0, 4.0, 6.0, 3.0, 7.0, 8.0, 2.0, 9.0], &[0, 1, 2, 3, 4, 5, 6, 7]);
         assert_eq!(lanes.least(turned), stored(lanes, turned).into_iter().fold(9.0, f64::min));
@@ -552,27 +616,24 @@ mod tests {
         all[..L::COUNT].to_vec()
     }
 
-    struct Check<L>(L);
+    struct Check;
 
-    impl<L: Lanes> NullaryFnOnce for Check<L> {
-        type Output = ();
+    impl Work for Check {
+        type Output = usize;
 
         #[inline(always)]
-        fn call(self) {
-            check(self.0);
+        fn run<L: Lanes>(self, lanes: L) -> usize {
+            check(lanes);
+            L::COUNT
         }
     }
 
     #[test]
     fn every_width_computes_the_same() {
         for most in [2, 4, 8] {
-            match Width::at_most(most) {
-                Width::Narrow(lanes) => Lanes::vectorize(lanes, Check(lanes)),
-                #[cfg(target_arch = "x86_64")]
-                Width::Four(lanes) => Lanes::vectorize(lanes, Check(lanes)),
-                #[cfg(target_arch = "x86_64")]
-                Width::Eight(lanes) => Lanes::vectorize(lanes, Check(lanes)),
-            }
+            let width = Width::at_most(most);
+            assert_eq!(width.run(Check), width.count());
+            assert!(width.count() <= most);
         }
     }
 }

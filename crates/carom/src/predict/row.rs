@@ -1,10 +1,8 @@
 //! A ball against a whole row of others, several at a time: [`super::ball_ball::time_of_impact`] in each lane, operation by
 //! operation, so that a pair's root has the same bits as alone.
 
-use pulp::NullaryFnOnce;
-
 use super::NO_FRACTION;
-use super::lanes::{Lanes, MOST};
+use super::lanes::{Lanes, MOST, Work};
 use super::seeker::Seeker;
 
 /// The first impact of a ball with any of a row.
@@ -26,25 +24,17 @@ impl Soonest {
 
 /// The search of some balls through a row each, whose length is a multiple of [`MOST`]. Both balls of an impact search at
 /// once, so that the processor can work on one row while it waits for the other.
-pub(super) struct Search<'a, L, const N: usize> {
-    pub lanes: L,
+pub(super) struct Search<'a, const N: usize> {
     pub seekers: [Seeker<'a>; N],
     pub rows: [&'a [u32]; N],
 }
 
-impl<L: Lanes, const N: usize> Search<'_, L, N> {
-    #[inline(always)]
-    pub fn run(self) -> [Soonest; N] {
-        self.lanes.vectorize(self)
-    }
-}
-
-impl<L: Lanes, const N: usize> NullaryFnOnce for Search<'_, L, N> {
+impl<const N: usize> Work for Search<'_, N> {
     type Output = [Soonest; N];
 
     #[inline(always)]
-    fn call(self) -> [Soonest; N] {
-        let Self { lanes, seekers, rows } = self;
+    fn run<L: Lanes>(self, lanes: L) -> [Soonest; N] {
+        let Self { seekers, rows } = self;
         let mut found = [Soonest::NEVER; N];
         for k in 0..N {
             let (seeker, row) = (&seekers[k], rows[k]);

@@ -5,11 +5,10 @@
 //! passes, with a margin for the rounding, is looked at again in double precision by whoever asked.
 
 use glam::DVec3;
-use pulp::NullaryFnOnce;
 
 use super::nearby::Gathered;
 use super::{Boundary, Domain};
-use crate::predict::lanes::{Lanes, MOST, Width};
+use crate::predict::lanes::{Lanes, MOST};
 use crate::tolerance::BIN_MARGIN;
 
 const SLOTS: usize = 7;
@@ -108,6 +107,7 @@ impl Bins {
     }
 
     /// Puts a ball whose list centre is at `centre` (m) into its bin.
+    #[inline(always)]
     pub fn insert(&mut self, ball: usize, centre: DVec3) {
         let (coordinate, fraction) = self.grid(ball).locate(centre);
         let mut bin = self.grid(ball).bin(coordinate);
@@ -133,6 +133,7 @@ impl Bins {
     }
 
     /// Takes a ball out of its bin.
+    #[inline(always)]
     pub fn remove(&mut self, ball: usize) {
         let mut before = NONE;
         let mut bin = self.bin_of[ball];
@@ -154,19 +155,20 @@ impl Bins {
     }
 
     /// Adds to `found` every ball whose sphere may touch the sphere of radius `sphere` (m) around `centre` (m).
-    #[inline]
-    pub fn near(&self, width: Width, centre: DVec3, sphere: f64, found: &mut Gathered) {
+    #[inline(always)]
+    pub fn near<L: Lanes>(&self, lanes: L, centre: DVec3, sphere: f64, found: &mut Gathered) {
         for grid in &self.grids {
-            self.near_in(width, grid, centre, sphere, 0.0, found);
+            self.near_in(lanes, grid, centre, sphere, 0.0, found);
         }
     }
 
-    /// As [`Bins::near`], only balls that are more than `levels` levels smaller, and whose centres are no nearer than the sum
-    /// of the spheres less `depth` (m).
+    /// As [`Bins::near`], only balls that are more than `levels` levels smaller than `ball`, and whose centres are no nearer
+    /// than the sum of the spheres less `depth` (m).
+    #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "one question, asked once")]
-    pub fn near_smaller(
+    pub fn near_smaller<L: Lanes>(
         &self,
-        width: Width,
+        lanes: L,
         ball: usize,
         centre: DVec3,
         sphere: f64,
@@ -175,68 +177,26 @@ impl Bins {
         found: &mut Gathered,
     ) {
         let level = self.level(ball);
-        for grid in self.grids.iter().filter(|grid| i32::from(grid.level) - level > levels) {
-            let hollow = (sphere + grid.smallest - depth) / (1.0 + BIN_MARGIN);
-            self.near_in(width, grid, centre, sphere, hollow.max(0.0), found);
+        for grid in &self.grids {
+            if i32::from(grid.level) - level > levels {
+                let hollow = (sphere + grid.smallest - depth) / (1.0 + BIN_MARGIN);
+                self.near_in(lanes, grid, centre, sphere, hollow.max(0.0), found);
+            }
         }
     }
 
-    #[expect(clippy::too_many_arguments, reason = "one question, asked twice")]
-    fn near_in(&self, width: Width, grid: &Grid, centre: DVec3, sphere: f64, hollow: f64, found: &mut Gathered) {
+    /// `hollow` (m): bins that are wholly this near hold nobody of interest.
+    #[inline(always)]
+    fn near_in<L: Lanes>(&self, lanes: L, grid: &Grid, centre: DVec3, sphere: f64, hollow: f64, found: &mut Gathered) {
         let (own, fraction) = grid.locate(centre);
         let reach = (sphere + grid.largest) * (1.0 + BIN_MARGIN);
         let within = ((reach / grid.widest) * (reach / grid.widest)) as f32 * (1.0 + BIN_MARGIN as f32);
+        // From which to which bin, counted from the own one.
         let steps = [
             grid.steps(0, own[0], fraction[0], reach),
             grid.steps(1, own[1], fraction[1], reach),
             grid.steps(2, own[2], fraction[2], reach),
         ];
-        match width {
-            Width::Narrow(lanes) => {
-                Scan { lanes, bins: &self.bins, grid, own, fraction, steps, within, hollow, found }.call();
-            }
-            #[cfg(target_arch = "x86_64")]
-            Width::Four(lanes) => {
-                let bins = &self.bins;
-                lanes.vectorize(Scan { lanes, bins, grid, own, fraction, steps, within, hollow, found });
-            }
-            #[cfg(target_arch = "x86_64")]
-            Width::Eight(lanes) => {
-                let bins = &self.bins;
-                lanes.vectorize(Scan { lanes, bins, grid, own, fraction, steps, within, hollow, found });
-            }
-        }
-    }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        self.bins.capacity() * size_of::<Bin>() + self.bin_of.len() * 4 + self.grid_of.len()
-    }
-}
-
-/// The search for whoever is within reach of a point, in the bins of one grid.
-struct Scan<'a, L> {
-    lanes: L,
-    bins: &'a [Bin],
-    grid: &'a Grid,
-    /// The bin of the point, and where in it.
-    own: [i32; 3],
-    fraction: [f32; 3],
-    /// From which to which bin, counted from the own one.
-    steps: [(i32, i32); 3],
-    /// Square of the reach.
-    within: f32,
-    /// Bins that are wholly this near (m) hold nobody of interest.
-    hollow: f64,
-    found: &'a mut Gathered,
-}
-
-impl<L: Lanes> NullaryFnOnce for Scan<'_, L> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let Self { lanes, bins, grid, own, fraction, steps, within, hollow, found } = self;
         for z in steps[2].0..=steps[2].1 {
             let plane = grid.closed(2, own[2] + z) * grid.count[1] as usize;
             let from_z = fraction[2] - z as f32 * grid.scale[2];
@@ -249,7 +209,7 @@ impl<L: Lanes> NullaryFnOnce for Scan<'_, L> {
                         continue;
                     }
                     let from = [fraction[0] - x as f32 * grid.scale[0], from_y, from_z];
-                    let mut bin = &bins[row + grid.closed(0, own[0] + x)];
+                    let mut bin = &self.bins[row + grid.closed(0, own[0] + x)];
                     loop {
                         let hits = lanes.within(&bin.at, from, within);
                         found.make_room(MOST);
@@ -257,11 +217,16 @@ impl<L: Lanes> NullaryFnOnce for Scan<'_, L> {
                         if bin.balls[SLOTS] == NONE {
                             break;
                         }
-                        bin = &bins[bin.balls[SLOTS] as usize];
+                        bin = &self.bins[bin.balls[SLOTS] as usize];
                     }
                 }
             }
         }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.bins.capacity() * size_of::<Bin>() + self.bin_of.len() * 4 + self.grid_of.len()
     }
 }
 

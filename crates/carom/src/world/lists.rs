@@ -13,7 +13,7 @@ use super::bins::Bins;
 use super::nearby::{Gathered, PlaneSet};
 use super::{Boundary, World};
 use crate::predict::Periods;
-use crate::predict::lanes::{MOST, Width};
+use crate::predict::lanes::{Lanes, MOST, Width, Work};
 use crate::time::Time;
 use crate::tolerance::CELL_MARGIN;
 
@@ -94,9 +94,7 @@ impl Lists {
             lists.shells[ball].centre = world.position(ball, now);
             lists.bins.insert(ball, lists.shells[ball].centre);
         }
-        for ball in 0..world.len() {
-            lists.look_around(world, ball, false);
-        }
+        width.run(FirstLook { lists: &mut lists, world });
         Some(lists)
     }
 
@@ -135,7 +133,7 @@ impl Lists {
         // Both centres may be a displacement away from where the balls touch.
         let depth = 4.0 * self.displacement * (1.0 + CELL_MARGIN);
         let (centre, sphere) = (self.shells[ball].centre, self.sphere(world, ball));
-        self.bins.near_smaller(self.width, ball, centre, sphere, LEVELS_LISTED, depth, found);
+        self.width.run(Smaller { bins: &self.bins, ball, centre, sphere, depth, found });
     }
 
     fn sphere(&self, world: &World, ball: usize) -> f64 {
@@ -191,32 +189,29 @@ impl Lists {
 
     /// Makes the ball's list anew where the ball is at `now`.
     pub fn renew(&mut self, world: &World, ball: usize, now: Time) {
-        self.withdraw(ball);
-        let centre = world.position(ball, now);
-        self.shells[ball].centre = centre;
-        self.bins.remove(ball);
-        self.bins.insert(ball, centre);
-        self.look_around(world, ball, true);
+        self.width.run(Renewal { lists: self, world, ball, now });
     }
 
     /// Takes the ball off its neighbours' lists, and empties its own.
-    fn withdraw(&mut self, ball: usize) {
+    #[inline(always)]
+    fn withdraw<L: Lanes>(&mut self, lanes: L, ball: usize) {
         let Shell { start, len, .. } = self.shells[ball];
         for k in 0..usize::from(len) {
             let other = self.blocks[start as usize + k / MOST][k % MOST];
-            self.remove(other as usize, ball as u32);
+            self.remove(lanes, other as usize, ball as u32);
         }
         self.shells[ball].len = 0;
     }
 
     /// Finds those within reach, and puts them on the ball's list; `mutual`: and the ball on theirs.
-    fn look_around(&mut self, world: &World, ball: usize, mutual: bool) {
+    #[inline(always)]
+    fn look_around<L: Lanes>(&mut self, lanes: L, world: &World, ball: usize, mutual: bool) {
         let centre = self.shells[ball].centre;
         let (radius, reach) = (world.radii[ball], 2.0 * self.displacement * (1.0 + CELL_MARGIN));
         let fixed = world.is_fixed(ball);
         let mut found = std::mem::take(&mut self.found);
         found.clear();
-        self.bins.near(self.width, centre, self.sphere(world, ball), &mut found);
+        self.bins.near(lanes, centre, self.sphere(world, ball), &mut found);
         found.retain(|other| {
             let apart = self.periods.nearest(centre - self.shells[other as usize].centre);
             let within = radius + world.radii[other as usize] + reach;
@@ -232,7 +227,7 @@ impl Lists {
                 self.add(ball, other);
             }
             // A small one may still have a large one on its list that has moved since.
-            let known = levels > LEVELS_LISTED && self.place_of(other as usize, ball as u32).is_some();
+            let known = levels > LEVELS_LISTED && self.place_of(lanes, other as usize, ball as u32).is_some();
             if mutual && -levels <= LEVELS_LISTED && !known {
                 self.add(other as usize, ball as u32);
             }
@@ -244,7 +239,7 @@ impl Lists {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn add(&mut self, ball: usize, other: u32) {
         let len = usize::from(self.shells[ball].len);
         if len == usize::from(self.shells[ball].blocks) * MOST {
@@ -259,15 +254,12 @@ impl Lists {
         shell.len += 1;
     }
 
-    fn place_of(&self, ball: usize, other: u32) -> Option<usize> {
+    #[inline(always)]
+    fn place_of<L: Lanes>(&self, lanes: L, ball: usize, other: u32) -> Option<usize> {
         let Shell { start, len, .. } = self.shells[ball];
         let used = usize::from(len).div_ceil(MOST);
         for (row, block) in self.blocks[start as usize..start as usize + used].iter().enumerate() {
-            // Without a branch in it, so that the compiler compares side by side.
-            let mut hits = 0;
-            for (place, &id) in block.iter().enumerate() {
-                hits |= u32::from(id == other) << place;
-            }
+            let hits = lanes.matches(block, other);
             if hits != 0 {
                 return Some(row * MOST + hits.trailing_zeros() as usize);
             }
@@ -275,9 +267,9 @@ impl Lists {
         None
     }
 
-    #[inline]
-    fn remove(&mut self, ball: usize, other: u32) {
-        let Some(place) = self.place_of(ball, other) else { return };
+    #[inline(always)]
+    fn remove<L: Lanes>(&mut self, lanes: L, ball: usize, other: u32) {
+        let Some(place) = self.place_of(lanes, ball, other) else { return };
         let shell = &mut self.shells[ball];
         let (start, last) = (shell.start as usize, usize::from(shell.len) - 1);
         shell.len -= 1;
@@ -313,6 +305,66 @@ impl Lists {
             + self.shells.len() * size_of::<Shell>()
             + self.blocks.capacity() * size_of::<[u32; MOST]>()
             + self.planes.len()
+    }
+}
+
+/// The first list of everybody.
+struct FirstLook<'a> {
+    lists: &'a mut Lists,
+    world: &'a World,
+}
+
+impl Work for FirstLook<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        for ball in 0..self.world.len() {
+            self.lists.look_around(lanes, self.world, ball, false);
+        }
+    }
+}
+
+/// [`Lists::renew`].
+struct Renewal<'a> {
+    lists: &'a mut Lists,
+    world: &'a World,
+    ball: usize,
+    now: Time,
+}
+
+impl Work for Renewal<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let Self { lists, world, ball, now } = self;
+        lists.withdraw(lanes, ball);
+        let centre = world.position(ball, now);
+        lists.shells[ball].centre = centre;
+        lists.bins.remove(ball);
+        lists.bins.insert(ball, centre);
+        lists.look_around(lanes, world, ball, true);
+    }
+}
+
+/// [`Lists::smaller`].
+struct Smaller<'a> {
+    bins: &'a Bins,
+    ball: usize,
+    centre: DVec3,
+    sphere: f64,
+    depth: f64,
+    found: &'a mut Gathered,
+}
+
+impl Work for Smaller<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let Self { bins, ball, centre, sphere, depth, found } = self;
+        bins.near_smaller(lanes, ball, centre, sphere, LEVELS_LISTED, depth, found);
     }
 }
 
