@@ -23,6 +23,8 @@ const NEIGHBOURS: f64 = 12.5;
 const LEAST_PACKING: f64 = 0.2;
 /// So few balls are all in each other's way.
 const FEWEST: usize = 64;
+/// Places of a line of a list.
+const LINE: usize = 16;
 /// Levels of sizes (each half the one above) down to which a ball lists smaller ones.
 const LEVELS_LISTED: i32 = 2;
 
@@ -32,12 +34,12 @@ const LEVELS_LISTED: i32 = 2;
 struct Shell {
     /// Where the ball was (m), in the periodic image of its flight.
     centre: DVec3,
-    /// First of its blocks of [`MOST`] places.
+    /// First of its lines of [`LINE`] places.
     start: u32,
     /// How many are on the list.
     len: u16,
-    /// How many blocks there are.
-    blocks: u16,
+    /// How many lines there are.
+    lines: u16,
 }
 
 /// All lists.
@@ -50,9 +52,9 @@ pub struct Lists {
     /// How far (m) a ball goes from the centre before it looks around again.
     displacement: f64,
     shells: Vec<Shell>,
-    /// Places of all lists, in blocks; what is left of a list's last block holds the ball itself.
-    blocks: Vec<[u32; MOST]>,
-    /// Rows given back, by their number of blocks.
+    /// Places of all lists; what is left of a list's last line holds the ball itself.
+    lines: Vec<[u32; LINE]>,
+    /// Lines given back, by how many there were.
     free: Vec<Vec<u32>>,
     planes: Vec<PlaneSet>,
     /// Whether any ball finds smaller ones in the bins.
@@ -82,8 +84,8 @@ impl Lists {
             width,
             periods: Periods::of(&world.domain),
             displacement,
-            shells: vec![Shell { centre: DVec3::ZERO, start: 0, len: 0, blocks: 0 }; world.len()],
-            blocks: Vec::with_capacity(2 * world.len()),
+            shells: vec![Shell { centre: DVec3::ZERO, start: 0, len: 0, lines: 0 }; world.len()],
+            lines: Vec::with_capacity(world.len() + world.len() / 4),
             free: Vec::new(),
             planes: if world.planes.is_empty() { Vec::new() } else { vec![PlaneSet::NONE; world.len()] },
             unlisted: bins.depth() > LEVELS_LISTED,
@@ -102,8 +104,8 @@ impl Lists {
     #[inline(always)]
     pub fn row(&self, ball: usize) -> &[u32] {
         let shell = &self.shells[ball];
-        let used = usize::from(shell.len).div_ceil(MOST);
-        self.blocks[shell.start as usize..shell.start as usize + used].as_flattened()
+        let (start, len) = (LINE * shell.start as usize, usize::from(shell.len).next_multiple_of(MOST));
+        &self.lines.as_flattened()[start..start + len]
     }
 
     /// Fetches where the ball's list is.
@@ -116,9 +118,9 @@ impl Lists {
     #[inline(always)]
     pub fn prefetch_row(&self, ball: usize) {
         let shell = &self.shells[ball];
-        // Blocks need not begin with a line of the cache.
-        for block in 0..=usize::from(shell.len).div_ceil(MOST) {
-            prefetch_index(&self.blocks, shell.start as usize + block);
+        // They need not begin with a line of the cache.
+        for line in 0..=usize::from(shell.len).div_ceil(LINE) {
+            prefetch_index(&self.lines, shell.start as usize + line);
         }
     }
 
@@ -197,7 +199,7 @@ impl Lists {
     fn withdraw<L: Lanes>(&mut self, lanes: L, ball: usize) {
         let Shell { start, len, .. } = self.shells[ball];
         for k in 0..usize::from(len) {
-            let other = self.blocks[start as usize + k / MOST][k % MOST];
+            let other = self.lines[start as usize + k / LINE][k % LINE];
             self.remove(lanes, other as usize, ball as u32);
         }
         self.shells[ball].len = 0;
@@ -212,12 +214,12 @@ impl Lists {
         let mut found = std::mem::take(&mut self.found);
         found.clear();
         self.bins.near(lanes, centre, self.sphere(world, ball), &mut found);
-        found.retain(|other| {
+        for &other in found.rows() {
             let apart = self.periods.nearest(centre - self.shells[other as usize].centre);
             let within = radius + world.radii[other as usize] + reach;
-            apart.length_squared() < within * within && other as usize != ball
-        });
-        for &other in found.rows() {
+            if apart.length_squared() >= within * within || other as usize == ball {
+                continue;
+            }
             // Two bodies in prescribed motion pass through each other.
             if fixed && world.is_fixed(other as usize) {
                 continue;
@@ -242,26 +244,27 @@ impl Lists {
     #[inline(always)]
     fn add(&mut self, ball: usize, other: u32) {
         let len = usize::from(self.shells[ball].len);
-        if len == usize::from(self.shells[ball].blocks) * MOST {
+        if len == usize::from(self.shells[ball].lines) * LINE {
             self.enlarge(ball);
         }
         let shell = &mut self.shells[ball];
-        let block = &mut self.blocks[shell.start as usize + len / MOST];
-        if len % MOST == 0 {
-            *block = [ball as u32; MOST];
+        let line = &mut self.lines[shell.start as usize + len / LINE];
+        if len % LINE == 0 {
+            *line = [ball as u32; LINE];
         }
-        block[len % MOST] = other;
+        line[len % LINE] = other;
         shell.len += 1;
     }
 
     #[inline(always)]
     fn place_of<L: Lanes>(&self, lanes: L, ball: usize, other: u32) -> Option<usize> {
         let Shell { start, len, .. } = self.shells[ball];
-        let used = usize::from(len).div_ceil(MOST);
-        for (row, block) in self.blocks[start as usize..start as usize + used].iter().enumerate() {
-            let hits = lanes.matches(block, other);
+        let used = usize::from(len).div_ceil(LINE);
+        for (row, line) in self.lines[start as usize..start as usize + used].iter().enumerate() {
+            let (halves, _) = line.as_chunks::<8>();
+            let hits = lanes.matches(&halves[0], other) | lanes.matches(&halves[1], other) << 8;
             if hits != 0 {
-                return Some(row * MOST + hits.trailing_zeros() as usize);
+                return Some(row * LINE + hits.trailing_zeros() as usize);
             }
         }
         None
@@ -273,37 +276,37 @@ impl Lists {
         let shell = &mut self.shells[ball];
         let (start, last) = (shell.start as usize, usize::from(shell.len) - 1);
         shell.len -= 1;
-        self.blocks[start + place / MOST][place % MOST] = self.blocks[start + last / MOST][last % MOST];
-        self.blocks[start + last / MOST][last % MOST] = ball as u32;
+        self.lines[start + place / LINE][place % LINE] = self.lines[start + last / LINE][last % LINE];
+        self.lines[start + last / LINE][last % LINE] = ball as u32;
     }
 
     /// Moves a full list to where there is more room.
     #[cold]
     fn enlarge(&mut self, ball: usize) {
-        let Shell { start, blocks, .. } = self.shells[ball];
-        let larger = blocks + (blocks / 2).max(if blocks == 0 { 2 } else { 1 });
-        let rows = usize::from(larger);
-        if self.free.len() <= rows {
-            self.free.resize(rows + 1, Vec::new());
+        let Shell { start, lines, .. } = self.shells[ball];
+        let larger = lines + (lines / 2).max(1);
+        let count = usize::from(larger);
+        if self.free.len() <= count {
+            self.free.resize(count + 1, Vec::new());
         }
-        let fresh = self.free[rows].pop().unwrap_or_else(|| {
-            let fresh = self.blocks.len() as u32;
-            self.blocks.resize(self.blocks.len() + rows, [ball as u32; MOST]);
+        let fresh = self.free[count].pop().unwrap_or_else(|| {
+            let fresh = self.lines.len() as u32;
+            self.lines.resize(self.lines.len() + count, [ball as u32; LINE]);
             fresh
         });
-        self.blocks.copy_within(start as usize..start as usize + usize::from(blocks), fresh as usize);
-        if blocks > 0 {
-            self.free[usize::from(blocks)].push(start);
+        self.lines.copy_within(start as usize..start as usize + usize::from(lines), fresh as usize);
+        if lines > 0 {
+            self.free[usize::from(lines)].push(start);
         }
         let shell = &mut self.shells[ball];
-        (shell.start, shell.blocks) = (fresh, larger);
+        (shell.start, shell.lines) = (fresh, larger);
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         self.bins.bytes()
             + self.shells.len() * size_of::<Shell>()
-            + self.blocks.capacity() * size_of::<[u32; MOST]>()
+            + self.lines.capacity() * size_of::<[u32; LINE]>()
             + self.planes.len()
     }
 }
