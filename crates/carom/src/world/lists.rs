@@ -202,7 +202,13 @@ impl Lists {
             let other = self.lines[start as usize + k / LINE][k % LINE];
             self.remove(lanes, other as usize, ball as u32);
         }
-        self.shells[ball].len = 0;
+        let shell = &mut self.shells[ball];
+        shell.len = 0;
+        // What was crowded once need not be so for ever.
+        if usize::from(shell.lines) > usize::from(len).div_ceil(LINE).max(1) {
+            self.free[usize::from(shell.lines)].push(shell.start);
+            shell.lines = 0;
+        }
     }
 
     /// Finds those within reach, and puts them on the ball's list; `mutual`: and the ball on theirs.
