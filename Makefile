@@ -125,8 +125,9 @@ lint-viewer: viewer/node_modules/.package-lock.json
 
 # --- the rest -----------------------------------------------------------------------------------------------------
 
+# OPTIONS=--quick: the three standard fluids, in less than a minute.
 bench: build
-	$(python) benches/speed.py
+	$(bin)/carom bench $(OPTIONS)
 
 # OPTIONS=--rewrite makes what is counted the baseline.
 instructions: $(stamps)/python
