@@ -5,7 +5,7 @@
 #   make run       the pool break: found, resolved, recorded; prints where to look
 #   make test      all tests: Rust, Python, TypeScript
 #   make lint      formatting, lints, types, stubs
-#   make bench     how fast it is here
+#   make bench     how fast it is here; make instructions: instructions a collision, against what they were
 #   make validate  the long runs against theory
 #   make docs      the documentation, in docs/_build/html
 #   make clean     removes whatever the others made
@@ -31,7 +31,7 @@ viewer_sources := $(shell find viewer -type f -not -path '*/node_modules/*' -not
 	-not -name '*.md' -not -path '*/tests/*' 2>/dev/null)
 
 .PHONY: help setup build native page run test test-rust test-python test-viewer test-page \
-	lint lint-rust lint-python lint-viewer bench validate docs wheel lock clean
+	lint lint-rust lint-python lint-viewer bench instructions validate docs wheel lock clean
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 
@@ -125,8 +125,14 @@ lint-viewer: viewer/node_modules/.package-lock.json
 
 # --- the rest -----------------------------------------------------------------------------------------------------
 
+# OPTIONS=--quick: the three standard fluids, in less than a minute.
 bench: build
-	$(python) benches/speed.py
+	$(bin)/carom bench $(OPTIONS)
+
+# OPTIONS=--rewrite makes what is counted the baseline.
+instructions: $(stamps)/python
+	$(CARGO) build --release --locked --example fluid_speed
+	$(python) benches/instructions.py $(CARGO_TARGET_DIR)/release/examples/fluid_speed $(OPTIONS)
 
 # The long runs against theory; what they print is kept in validation/results.
 validate: $(stamps)/native

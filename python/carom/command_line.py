@@ -309,6 +309,42 @@ def replay(
 
 
 @app.command
+def bench(
+    *,
+    quick: Annotated[bool, Parameter(negative=())] = False,
+    large: Annotated[bool, Parameter(negative=())] = False,
+    out: Path | None = None,
+    json_: Json = False,
+) -> int:
+    """Measure how fast Carom is here, in minutes: fluids of many sizes and densities, and what features cost.
+
+    Parameters
+    ----------
+    quick
+        Only the three standard fluids, 10,000 balls at packing 0.10, 0.30 and 0.49, in less than a minute.
+    large
+        Also fluids of a million balls.
+    out
+        Folder for the CSV files. Left out: benches/results/MACHINE of the checkout of Carom that one is in, or
+        carom-bench/MACHINE in the current folder; MACHINE says which processor and how many cores.
+    """
+    from carom.bench import cases, measuring, results
+
+    if quick and large:
+        raise _WrongInputError("--quick and --large: one or the other")
+    files = cases.quick() if quick else cases.full(large=large)
+    folder = results.make_folder(out)
+    planned = [case for of_file in files.values() for case in of_file]
+    with _progress_bar("bench", quiet=json_) as progress:
+        measured = measuring.measure(planned, progress)
+    paths = results.write(folder, files, measured)
+    notes = results.notes(planned)
+    lines = [results.as_text(measured), "", *notes, "", *(f"written: {path}" for path in paths)]
+    _print_result("\n".join(lines), results.as_json(measured, notes, paths), json_)
+    return DONE
+
+
+@app.command
 def schema() -> int:
     """Print the JSON Schema of scene files."""
     from carom.scene import Scene
@@ -406,10 +442,11 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _failed(error: CaromError) -> bool:
     """Whether the run is to blame, not what was asked for."""
+    from carom.bench.measuring import MeasurementError
     from carom.report import PageMissingError
     from carom.run_folder import WrongFolderError
 
-    return isinstance(error, CollapseError | PageMissingError | RunFolderError) and not isinstance(
+    return isinstance(error, CollapseError | MeasurementError | PageMissingError | RunFolderError) and not isinstance(
         error, WrongFolderError
     )
 

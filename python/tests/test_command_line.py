@@ -220,7 +220,7 @@ def test_the_command_is_a_program(here):
     assert wrong.returncode == 2
     listed = subprocess.run([*command, "--help"], cwd=here, capture_output=True, text=True, check=False)
     assert listed.returncode == 0
-    for name in ("run", "check", "explain", "report", "view", "export", "replay", "schema", "resume"):
+    for name in ("run", "check", "explain", "report", "view", "export", "replay", "bench", "schema", "resume"):
         assert f" {name} " in listed.stdout
 
 

@@ -1,4 +1,9 @@
-//! How fast the standard hard-sphere fluid runs here: `fluid_speed COUNT PACKING SECONDS [record]`.
+//! The standard hard-sphere fluid, to be timed or counted:
+//!
+//!     fluid_speed COUNT PACKING SECONDS [record]    how fast it runs here
+//!     fluid_speed COUNT PACKING IMPACTS impacts     so many impacts and nothing else
+//!
+//! The second does the same work to the last instruction each time, for tools that count them (benches/instructions.py).
 #![allow(clippy::unwrap_used)]
 
 use std::time::Instant;
@@ -6,20 +11,30 @@ use std::time::Instant;
 use carom::DVec3;
 use carom::scene::{Fill, Placement, RadiusDistribution, Scene};
 use carom::simulation::Simulation;
-use carom::world::{Boundary, Domain};
+use carom::world::{Boundary, Domain, World};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let count: u64 = arguments[1].parse().unwrap();
     let packing: f64 = arguments[2].parse().unwrap();
-    let seconds: f64 = arguments[3].parse().unwrap();
-    let record = arguments.get(4).is_some();
+    let what = arguments.get(4).map(String::as_str);
+    if what == Some("impacts") {
+        let mut simulation = Simulation::new(fluid(count, packing), false);
+        let far = simulation.world().clock.at(1e300);
+        simulation.run(far, arguments[3].parse().unwrap(), u64::MAX).unwrap();
+    } else {
+        time(count, packing, arguments[3].parse().unwrap(), what == Some("record"));
+    }
+}
+
+/// Equal spheres of diameter 1 in a periodic cube.
+fn fluid(count: u64, packing: f64) -> World {
     let size = (count as f64 * std::f64::consts::PI / 6.0 / packing).cbrt();
-    let scene = Scene {
+    let on_lattice = |placement| Scene {
         domain: Domain { boundary: [Boundary::Periodic; 3], size: DVec3::splat(size) },
         fills: vec![Fill {
             first_id: 0,
-            placement: Placement::Fcc,
+            placement,
             count: Some(count),
             packing: None,
             radius: RadiusDistribution::Constant(0.5),
@@ -33,8 +48,14 @@ fn main() {
         }],
         ..Scene::default()
     };
+    // A cubic lattice melts within some collisions a sphere, a dense face-centred one hardly, but it holds more.
+    let built = on_lattice(Placement::Cubic).build().or_else(|_| on_lattice(Placement::Fcc).build());
+    built.unwrap().0
+}
+
+fn time(count: u64, packing: f64, seconds: f64, record: bool) {
     let start = Instant::now();
-    let mut simulation = Simulation::new(scene.build().unwrap().0, record);
+    let mut simulation = Simulation::new(fluid(count, packing), record);
     println!("set up in {:.3} s, {} bytes a ball", start.elapsed().as_secs_f64(), simulation.bytes_per_ball());
     let far = simulation.world().clock.at(1e300);
     simulation.run(far, 30 * count, u64::MAX).unwrap();

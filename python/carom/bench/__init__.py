@@ -1,0 +1,1 @@
+"""How fast Carom is here: what is measured (`cases`), measuring it (`measuring`), telling it (`results`)."""
