@@ -46,7 +46,8 @@ pub struct Predictor {
     periods: Periods,
     /// Contact distance (m), where all balls are of one size.
     contact_distance: Option<f64>,
-    largest_radius: f64,
+    /// The two largest radii (m).
+    largest_radii: [f64; 2],
     nearest_image_reach: f64,
     /// All balls fall alike and none grows: their relative flights are straight.
     straight: bool,
@@ -171,15 +172,16 @@ impl First {
 impl Predictor {
     /// For a world in which balls find each other by `nearby`.
     pub fn new(world: &World, nearby: &Nearby, width: Width) -> Self {
-        let largest_radius = world.radii.iter().copied().fold(0.0, f64::max);
-        let of_one_size = world.radii.iter().all(|&radius| radius == largest_radius);
+        let largest_radii = world.largest_radii();
+        let [largest, _] = largest_radii;
+        let of_one_size = world.radii.iter().all(|&radius| radius == largest);
         let any_fixed = (0..world.len()).any(|ball| world.is_fixed(ball));
         let falling = world.gravity != DVec3::ZERO;
         Self {
             width,
             periods: Periods::of(&world.domain),
-            contact_distance: of_one_size.then_some(largest_radius + largest_radius),
-            largest_radius,
+            contact_distance: of_one_size.then_some(largest + largest),
+            largest_radii,
             nearest_image_reach: nearby.nearest_image_reach(),
             straight: world.growth.is_none() && !(falling && any_fixed),
             falling,

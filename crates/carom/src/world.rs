@@ -289,6 +289,13 @@ impl World {
         flight.velocity_after(time.since(flight.start()), self.acceleration(ball))
     }
 
+    /// The radii (m) of the largest ball and of the largest beside it.
+    pub fn largest_radii(&self) -> [f64; 2] {
+        self.radii.iter().fold([0.0, 0.0], |[largest, second], &radius| {
+            if radius > largest { [radius, largest] } else { [largest, second.max(radius)] }
+        })
+    }
+
     /// The least box (m) around all centres at `time`, not wrapped.
     pub fn extent(&self, time: Time) -> (DVec3, DVec3) {
         let positions = || (0..self.len()).map(|ball| self.position(ball, time));

@@ -33,8 +33,9 @@ impl Seeker<'_> {
     /// Whether all the ball's pairs are straight relative flights to each other's nearest images.
     #[inline(always)]
     pub fn is_plain(&self) -> bool {
-        let Predictor { straight, largest_radius, nearest_image_reach, .. } = *self.predictor;
-        straight && self.radius() + largest_radius <= nearest_image_reach
+        let Predictor { straight, largest_radii: [largest, second], nearest_image_reach, .. } = *self.predictor;
+        let radius = self.radius();
+        straight && radius + if radius == largest { second } else { largest } <= nearest_image_reach
     }
 
     /// Considers all of a row that is filled up with the ball itself.

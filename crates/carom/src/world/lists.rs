@@ -69,9 +69,8 @@ impl Lists {
             return None;
         }
         let displacement = displacement(world, now)?;
-        let largest = world.radii.iter().copied().fold(0.0, f64::max);
         // Near images are unique as long as neighbours are less than half the box apart.
-        let farthest = 2.0 * largest + 4.0 * displacement * (1.0 + CELL_MARGIN);
+        let farthest = world.largest_radii().iter().sum::<f64>() + 4.0 * displacement * (1.0 + CELL_MARGIN);
         let narrow =
             (0..3).any(|k| world.domain.boundary[k] == Boundary::Periodic && 0.49 * world.domain.size[k] < farthest);
         if narrow {
