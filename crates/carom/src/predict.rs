@@ -198,9 +198,7 @@ impl Predictor {
     /// The first impact of `ball` with anybody near.
     #[inline(always)]
     pub fn first_impact(&mut self, world: &World, nearby: &Nearby, ball: usize, now: Time) -> First {
-        if let Nearby::Lists(lists) = nearby
-            && !lists.sees_smaller(ball)
-        {
+        if let Nearby::Lists(lists) = nearby {
             return self.first_of(world, lists.row(ball), lists.planes(ball), ball, now);
         }
         self.first_gathered(world, nearby, ball, now)
@@ -219,10 +217,7 @@ impl Predictor {
     /// The first impacts of both balls of an impact.
     #[inline(always)]
     pub fn first_impacts(&mut self, world: &World, nearby: &Nearby, balls: [usize; 2], now: Time) -> [First; 2] {
-        if let Nearby::Lists(lists) = nearby
-            && !lists.sees_smaller(balls[0])
-            && !lists.sees_smaller(balls[1])
-        {
+        if let Nearby::Lists(lists) = nearby {
             let seekers = balls.map(|ball| Seeker { world, predictor: self, ball, now });
             if seekers[0].is_plain() && seekers[1].is_plain() {
                 let rows = balls.map(|ball| lists.row(ball));

@@ -12,7 +12,7 @@ use prefetch_index::prefetch_index;
 use crate::error::CollapseError;
 use crate::event::{Rank, Upcoming};
 use crate::ledger::{Balance, Ledger};
-use crate::predict::lanes::Width;
+use crate::predict::lanes::{self, Width};
 use crate::predict::{self, First, Predictor};
 use crate::queue::{Entry, Mark, Queue};
 use crate::record::{Impact, ImpactTable};
@@ -99,16 +99,21 @@ pub struct Simulation {
 impl Simulation {
     /// Sets `world`, which has passed its check, in motion. `record`: whether impacts are kept as rows.
     pub fn new(world: World, record: bool) -> Self {
-        let now = world.start;
-        let ledger = Ledger::open(&world);
-        Self::at(world, now, ledger, Counts::default(), record)
+        Self::with_lanes(world, record, lanes::MOST)
     }
 
-    fn at(mut world: World, now: Time, ledger: Ledger, counts: Counts, record: bool) -> Self {
+    /// As [`Simulation::new`], computing with no more than `lanes` numbers side by side (2, 4 or 8, as far as the machine has
+    /// registers so wide). It changes the speed and not a bit of what comes out.
+    pub fn with_lanes(world: World, record: bool, lanes: usize) -> Self {
+        let now = world.start;
+        let ledger = Ledger::open(&world);
+        Self::at(world, now, ledger, Counts::default(), record, Width::at_most(lanes))
+    }
+
+    fn at(mut world: World, now: Time, ledger: Ledger, counts: Counts, record: bool, width: Width) -> Self {
         if world.growth.is_none() {
             world.arrange(now);
         }
-        let width = Width::of_this_machine();
         let nearby = Nearby::lay_out(&world, now, width);
         let guard = CollapseGuard::new(&world);
         let looks_ahead = world.len() > CACHED;

@@ -103,7 +103,7 @@ pub enum Width {
 impl Width {
     /// The widest registers here.
     pub fn of_this_machine() -> Self {
-        Self::at_most(std::env::var("W").map_or(8, |w| w.parse().unwrap()))
+        Self::at_most(MOST)
     }
 
     /// The widest registers here of no more than so many numbers.

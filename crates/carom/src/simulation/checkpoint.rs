@@ -8,6 +8,7 @@ use super::{Counts, Simulation};
 use crate::error::{CheckError, Problem};
 use crate::flight::Flight;
 use crate::ledger::{Ledger, Sum, VectorSum};
+use crate::predict::lanes::Width;
 use crate::time::Time;
 use crate::world::{Partner, World};
 
@@ -187,7 +188,7 @@ impl Simulation {
         if !input.0.is_empty() {
             return None;
         }
-        let mut simulation = Self::at(world, now, ledger, counts, record);
+        let mut simulation = Self::at(world, now, ledger, counts, record, Width::of_this_machine());
         if in_instant {
             simulation.resume_instant(instant_end);
         }

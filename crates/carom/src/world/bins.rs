@@ -34,8 +34,6 @@ impl Bin {
 /// One grid.
 #[derive(Clone, Debug)]
 struct Grid {
-    /// By how many halvings its balls are smaller than the largest.
-    level: u8,
     origin: DVec3,
     width: DVec3,
     /// The same in units of the widest.
@@ -47,8 +45,8 @@ struct Grid {
     /// Which axes have no extent: distances along them are not counted.
     flat: [bool; 3],
     first: usize,
+    /// Radius (m) of its largest sphere.
     largest: f64,
-    smallest: f64,
 }
 
 /// All grids.
@@ -76,7 +74,7 @@ impl Bins {
         let mut bins = 0;
         for &level in &used {
             let of_level = || spheres.iter().zip(&levels).filter(|(_, l)| **l == level).map(|(sphere, _)| *sphere);
-            let grid = Grid::new(domain, level, of_level, low, high, bins);
+            let grid = Grid::new(domain, of_level, low, high, bins);
             bins += grid.count.iter().map(|&n| n as usize).product::<usize>();
             grids.push(grid);
         }
@@ -93,17 +91,6 @@ impl Bins {
     #[inline(always)]
     fn grid(&self, ball: usize) -> &Grid {
         &self.grids[self.grid_of.get(ball).map_or(0, |&row| usize::from(row))]
-    }
-
-    /// By how many halvings a ball's sphere is smaller than the largest.
-    #[inline(always)]
-    pub fn level(&self, ball: usize) -> i32 {
-        i32::from(self.grid(ball).level)
-    }
-
-    /// The greatest level there is.
-    pub fn depth(&self) -> i32 {
-        self.grids.last().map_or(0, |grid| i32::from(grid.level))
     }
 
     /// Puts a ball whose list centre is at `centre` (m) into its bin.
@@ -158,36 +145,12 @@ impl Bins {
     #[inline(always)]
     pub fn near<L: Lanes>(&self, lanes: L, centre: DVec3, sphere: f64, found: &mut Gathered) {
         for grid in &self.grids {
-            self.near_in(lanes, grid, centre, sphere, 0.0, found);
+            self.near_in(lanes, grid, centre, sphere, found);
         }
     }
 
-    /// As [`Bins::near`], only balls that are more than `levels` levels smaller than `ball`, and whose centres are no nearer
-    /// than the sum of the spheres less `depth` (m).
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "one question, asked once")]
-    pub fn near_smaller<L: Lanes>(
-        &self,
-        lanes: L,
-        ball: usize,
-        centre: DVec3,
-        sphere: f64,
-        levels: i32,
-        depth: f64,
-        found: &mut Gathered,
-    ) {
-        let level = self.level(ball);
-        for grid in &self.grids {
-            if i32::from(grid.level) - level > levels {
-                let hollow = (sphere + grid.smallest - depth) / (1.0 + BIN_MARGIN);
-                self.near_in(lanes, grid, centre, sphere, hollow.max(0.0), found);
-            }
-        }
-    }
-
-    /// `hollow` (m): bins that are wholly this near hold nobody of interest.
-    #[inline(always)]
-    fn near_in<L: Lanes>(&self, lanes: L, grid: &Grid, centre: DVec3, sphere: f64, hollow: f64, found: &mut Gathered) {
+    fn near_in<L: Lanes>(&self, lanes: L, grid: &Grid, centre: DVec3, sphere: f64, found: &mut Gathered) {
         let (own, fraction) = grid.locate(centre);
         let reach = (sphere + grid.largest) * (1.0 + BIN_MARGIN);
         let within = ((reach / grid.widest) * (reach / grid.widest)) as f32 * (1.0 + BIN_MARGIN as f32);
@@ -203,11 +166,7 @@ impl Bins {
             for y in steps[1].0..=steps[1].1 {
                 let row = grid.first + (plane + grid.closed(1, own[1] + y)) * grid.count[0] as usize;
                 let from_y = fraction[1] - y as f32 * grid.scale[1];
-                let skipped = if hollow > 0.0 { grid.inside(hollow, y, z) } else { -1 };
                 for x in steps[0].0..=steps[0].1 {
-                    if x.abs() <= skipped {
-                        continue;
-                    }
                     let from = [fraction[0] - x as f32 * grid.scale[0], from_y, from_z];
                     let mut bin = &self.bins[row + grid.closed(0, own[0] + x)];
                     loop {
@@ -233,7 +192,6 @@ impl Bins {
 impl Grid {
     fn new<I: Iterator<Item = f64>>(
         domain: &Domain,
-        level: u8,
         spheres: impl Fn() -> I,
         low: DVec3,
         high: DVec3,
@@ -264,7 +222,6 @@ impl Grid {
         }));
         let widest = width.max_element();
         Self {
-            level,
             origin,
             width,
             scale: (width / widest).to_array().map(|x| x as f32),
@@ -274,7 +231,6 @@ impl Grid {
             flat,
             first,
             largest,
-            smallest: spheres().fold(f64::INFINITY, f64::min),
         }
     }
 
@@ -309,14 +265,6 @@ impl Grid {
             return (low.max(-own.max(0)), high.min((self.count[axis] - 1 - own).max(0)));
         }
         (low, high)
-    }
-
-    /// How many steps along x bins are wholly within `hollow` (m) of every point of the own bin, in the row `y`, `z` steps
-    /// away; -1 if not even the own.
-    fn inside(&self, hollow: f64, y: i32, z: i32) -> i32 {
-        let far = |axis: usize, step: i32| (f64::from(step.abs()) + 1.0) * self.width[axis];
-        let left = hollow * hollow - far(1, y).powi(2) - far(2, z).powi(2);
-        if left <= 0.0 { -1 } else { (left.sqrt() / self.width.x).floor() as i32 - 1 }
     }
 
     #[inline(always)]

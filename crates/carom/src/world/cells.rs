@@ -9,6 +9,8 @@
 //! Rows of cells close on themselves. Where space does not, distant balls may share a cell: they are predicted in vain,
 //! never missed.
 
+use std::cmp::Ordering;
+
 use glam::DVec3;
 
 use super::nearby::{Gathered, PlaneSet};
@@ -426,14 +428,19 @@ impl Cells {
         }
     }
 
-    /// As [`Cells::near`], after a passage through `face`: only what the cells behind it hold, if that is enough.
+    /// As [`Cells::near`], after a passage through `face`: of balls of its own class, only those in the cells behind it.
     #[inline]
     pub fn near_after_crossing(&self, ball: usize, radius: f64, face: Face, found: &mut Gathered) {
-        let level = &self.levels[0];
-        if self.levels.len() > 1 || level.count[face.axis as usize] < 4 {
-            return self.near(ball, radius, found);
+        let place = &self.places[ball];
+        for (row, level) in self.levels.iter().enumerate() {
+            let coordinate = level.coordinate(place);
+            let all_new = level.shift > 0 || level.count[face.axis as usize] < 4;
+            match (row as u32).cmp(&place.level) {
+                Ordering::Equal if !all_new => self.beside(level, coordinate, Some(face), found),
+                Ordering::Less | Ordering::Equal => self.beside(level, coordinate, None, found),
+                Ordering::Greater => self.shell(level, coordinate, radius, found),
+            }
         }
-        self.beside(level, level.coordinate(&self.places[ball]), Some(face), found);
     }
 
     /// The cells at and beside a coordinate; only those behind `face`, if there is one.
@@ -511,22 +518,23 @@ impl Cells {
         // Centres cannot come nearer than this.
         let least = if self.interiors { 0.0 } else { (radius + level.smallest_radius) * (1.0 - CELL_MARGIN) };
         let rows: [Row; 3] = std::array::from_fn(|axis| Row::new(reach, level.width[axis], level.count[axis]));
-        let at = |axis: usize, step: i32| (coordinate[axis] + step).rem_euclid(level.count[axis]);
         for z in rows[2].steps() {
             let (near_z, far_z) = rows[2].distances(z);
+            let plane = level.closed(2, coordinate[2] + z) * level.count[1];
             for y in rows[1].steps() {
                 let (near_y, far_y) = rows[1].distances(y);
                 let reach_left = reach * reach - (near_z * near_z + near_y * near_y);
                 if reach_left < 0.0 {
                     continue;
                 }
+                let row = level.first + ((plane + level.closed(1, coordinate[1] + y)) * level.count[0]) as usize;
                 let least_left = least * least - (far_z * far_z + far_y * far_y);
                 let (inner, outer) = rows[0].between(least_left.max(0.0).sqrt(), reach_left.sqrt());
                 for x in inner..=outer {
                     found.make_room(2 * SLOTS + 1);
-                    self.gather(level.row([at(0, x), at(1, y), at(2, z)]), found);
+                    self.gather(row + level.closed(0, coordinate[0] + x) as usize, found);
                     if x > 0 && !rows[0].whole {
-                        self.gather(level.row([at(0, -x), at(1, y), at(2, z)]), found);
+                        self.gather(row + level.closed(0, coordinate[0] - x) as usize, found);
                     }
                 }
             }
@@ -576,18 +584,22 @@ impl Level {
     /// The coordinate of a ball's cell on this level.
     #[inline(always)]
     fn coordinate(&self, place: &Place) -> [i32; 3] {
-        std::array::from_fn(|axis| {
-            let coordinate = place.coordinate[axis] >> self.shift;
-            let count = self.count[axis];
-            // Almost always within one turn of the closed row: no division.
-            if (0..count).contains(&coordinate) {
-                coordinate
-            } else if (-count..0).contains(&coordinate) {
-                coordinate + count
-            } else {
-                coordinate.rem_euclid(count)
-            }
-        })
+        let [x, y, z] = place.coordinate;
+        [self.closed(0, x >> self.shift), self.closed(1, y >> self.shift), self.closed(2, z >> self.shift)]
+    }
+
+    /// A coordinate in a row that closes on itself.
+    #[inline(always)]
+    fn closed(&self, axis: usize, coordinate: i32) -> i32 {
+        let count = self.count[axis];
+        // Almost always within one turn of it: no division.
+        if (0..count).contains(&coordinate) {
+            coordinate
+        } else if (-count..0).contains(&coordinate) {
+            coordinate + count
+        } else {
+            coordinate.rem_euclid(count)
+        }
     }
 
     #[inline(always)]

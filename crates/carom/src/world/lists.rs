@@ -2,8 +2,7 @@
 //! made, and they within theirs. It looks around again only when it leaves that sphere.
 //!
 //! Two balls whose list centres are farther apart than the sum of their radii and of both spheres' radii cannot touch. Lists
-//! are symmetric, so that a ball that looks around again writes itself into its neighbours' lists and nobody else has to
-//! look; but a ball does not keep a list of much smaller ones: it finds them in the bins of their list centres.
+//! are symmetric, so that a ball that looks around again writes itself into its neighbours' lists and nobody else has to look.
 //! (Donev, Torquato and Stillinger 2005, with one sphere for all.)
 
 use glam::DVec3;
@@ -19,15 +18,13 @@ use crate::tolerance::CELL_MARGIN;
 
 /// Lists are as wide as to hold about so many: two vectors of eight, with room for the crowded.
 const NEIGHBOURS: f64 = 12.5;
-/// Below this share of space filled with balls, cells are cheaper.
-const LEAST_PACKING: f64 = 0.2;
+/// Where fewer than so many centres would be within a contact distance of a point, cells are cheaper. (Of equal balls, at a
+/// packing of 0.2.)
+const LEAST_CROWDED: f64 = 1.6;
 /// So few balls are all in each other's way.
 const FEWEST: usize = 64;
 /// Places of a line of a list.
 const LINE: usize = 16;
-/// Levels of sizes (each half the one above) down to which a ball lists smaller ones.
-const LEVELS_LISTED: i32 = 2;
-
 /// Where a ball's list was made, and where the list is.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
@@ -36,10 +33,38 @@ struct Shell {
     centre: DVec3,
     /// First of its lines of [`LINE`] places.
     start: u32,
-    /// How many are on the list.
-    len: u16,
-    /// How many lines there are.
-    lines: u16,
+    /// How many are on the list, and how much room there is.
+    fill: Fill,
+}
+
+/// A length and, in the lowest bits, the room as a class: 0 for none, k for 2^(k-1) lines.
+#[derive(Clone, Copy, Debug)]
+struct Fill(u32);
+
+impl Fill {
+    const CLASS_BITS: u32 = 5;
+    const NONE: Self = Self(0);
+
+    #[inline(always)]
+    fn new(len: usize, class: u32) -> Self {
+        Self((len as u32) << Self::CLASS_BITS | class)
+    }
+
+    #[inline(always)]
+    fn len(self) -> usize {
+        (self.0 >> Self::CLASS_BITS) as usize
+    }
+
+    #[inline(always)]
+    fn class(self) -> u32 {
+        self.0 & ((1 << Self::CLASS_BITS) - 1)
+    }
+
+    /// Lines there is room for.
+    #[inline(always)]
+    fn lines(self) -> usize {
+        (1 << self.class()) >> 1
+    }
 }
 
 /// All lists.
@@ -54,11 +79,9 @@ pub struct Lists {
     shells: Vec<Shell>,
     /// Places of all lists; what is left of a list's last line holds the ball itself.
     lines: Vec<[u32; LINE]>,
-    /// Lines given back, by how many there were.
+    /// First of lines given back, by their class.
     free: Vec<Vec<u32>>,
     planes: Vec<PlaneSet>,
-    /// Whether any ball finds smaller ones in the bins.
-    unlisted: bool,
     found: Gathered,
 }
 
@@ -83,11 +106,10 @@ impl Lists {
             width,
             periods: Periods::of(&world.domain),
             displacement,
-            shells: vec![Shell { centre: DVec3::ZERO, start: 0, len: 0, lines: 0 }; world.len()],
+            shells: vec![Shell { centre: DVec3::ZERO, start: 0, fill: Fill::NONE }; world.len()],
             lines: Vec::with_capacity(world.len() + world.len() / 4),
             free: Vec::new(),
             planes: if world.planes.is_empty() { Vec::new() } else { vec![PlaneSet::NONE; world.len()] },
-            unlisted: bins.depth() > LEVELS_LISTED,
             bins,
             found: Gathered::default(),
         };
@@ -103,7 +125,7 @@ impl Lists {
     #[inline(always)]
     pub fn row(&self, ball: usize) -> &[u32] {
         let shell = &self.shells[ball];
-        let (start, len) = (LINE * shell.start as usize, usize::from(shell.len).next_multiple_of(MOST));
+        let (start, len) = (LINE * shell.start as usize, shell.fill.len().next_multiple_of(MOST));
         &self.lines.as_flattened()[start..start + len]
     }
 
@@ -118,23 +140,9 @@ impl Lists {
     pub fn prefetch_row(&self, ball: usize) {
         let shell = &self.shells[ball];
         // They need not begin with a line of the cache.
-        for line in 0..=usize::from(shell.len).div_ceil(LINE) {
+        for line in 0..=shell.fill.len().div_ceil(LINE) {
             prefetch_index(&self.lines, shell.start as usize + line);
         }
-    }
-
-    /// Whether the ball has to look for smaller ones beside its list.
-    #[inline(always)]
-    pub fn sees_smaller(&self, ball: usize) -> bool {
-        self.unlisted && self.bins.depth() - self.bins.level(ball) > LEVELS_LISTED
-    }
-
-    /// Adds to `found` the balls too small for the ball's list that it can meet.
-    pub fn smaller(&self, world: &World, ball: usize, found: &mut Gathered) {
-        // Both centres may be a displacement away from where the balls touch.
-        let depth = 4.0 * self.displacement * (1.0 + CELL_MARGIN);
-        let (centre, sphere) = (self.shells[ball].centre, self.sphere(world, ball));
-        self.width.run(Smaller { bins: &self.bins, ball, centre, sphere, depth, found });
     }
 
     fn sphere(&self, world: &World, ball: usize) -> f64 {
@@ -196,17 +204,17 @@ impl Lists {
     /// Takes the ball off its neighbours' lists, and empties its own.
     #[inline(always)]
     fn withdraw<L: Lanes>(&mut self, lanes: L, ball: usize) {
-        let Shell { start, len, .. } = self.shells[ball];
-        for k in 0..usize::from(len) {
+        let Shell { start, fill, .. } = self.shells[ball];
+        for k in 0..fill.len() {
             let other = self.lines[start as usize + k / LINE][k % LINE];
             self.remove(lanes, other as usize, ball as u32);
         }
         let shell = &mut self.shells[ball];
-        shell.len = 0;
+        shell.fill = Fill::new(0, fill.class());
         // What was crowded once need not be so for ever.
-        if usize::from(shell.lines) > usize::from(len).div_ceil(LINE).max(1) {
-            self.free[usize::from(shell.lines)].push(shell.start);
-            shell.lines = 0;
+        if fill.lines() > fill.len().div_ceil(LINE).next_power_of_two() {
+            self.give_back(start, fill.class());
+            self.shells[ball].fill = Fill::NONE;
         }
     }
 
@@ -229,13 +237,8 @@ impl Lists {
             if fixed && world.is_fixed(other as usize) {
                 continue;
             }
-            let levels = if self.unlisted { self.bins.level(other as usize) - self.bins.level(ball) } else { 0 };
-            if levels <= LEVELS_LISTED {
-                self.add(ball, other);
-            }
-            // A small one may still have a large one on its list that has moved since.
-            let known = levels > LEVELS_LISTED && self.place_of(lanes, other as usize, ball as u32).is_some();
-            if mutual && -levels <= LEVELS_LISTED && !known {
+            self.add(ball, other);
+            if mutual {
                 self.add(other as usize, ball as u32);
             }
         }
@@ -248,8 +251,9 @@ impl Lists {
 
     #[inline(always)]
     fn add(&mut self, ball: usize, other: u32) {
-        let len = usize::from(self.shells[ball].len);
-        if len == usize::from(self.shells[ball].lines) * LINE {
+        let fill = self.shells[ball].fill;
+        let len = fill.len();
+        if len == fill.lines() * LINE {
             self.enlarge(ball);
         }
         let shell = &mut self.shells[ball];
@@ -258,13 +262,13 @@ impl Lists {
             *line = [ball as u32; LINE];
         }
         line[len % LINE] = other;
-        shell.len += 1;
+        shell.fill = Fill::new(len + 1, shell.fill.class());
     }
 
     #[inline(always)]
     fn place_of<L: Lanes>(&self, lanes: L, ball: usize, other: u32) -> Option<usize> {
-        let Shell { start, len, .. } = self.shells[ball];
-        let used = usize::from(len).div_ceil(LINE);
+        let Shell { start, fill, .. } = self.shells[ball];
+        let used = fill.len().div_ceil(LINE);
         for (row, line) in self.lines[start as usize..start as usize + used].iter().enumerate() {
             let (halves, _) = line.as_chunks::<8>();
             let hits = lanes.matches(&halves[0], other) | lanes.matches(&halves[1], other) << 8;
@@ -279,32 +283,37 @@ impl Lists {
     fn remove<L: Lanes>(&mut self, lanes: L, ball: usize, other: u32) {
         let Some(place) = self.place_of(lanes, ball, other) else { return };
         let shell = &mut self.shells[ball];
-        let (start, last) = (shell.start as usize, usize::from(shell.len) - 1);
-        shell.len -= 1;
+        let (start, last) = (shell.start as usize, shell.fill.len() - 1);
+        shell.fill = Fill::new(last, shell.fill.class());
         self.lines[start + place / LINE][place % LINE] = self.lines[start + last / LINE][last % LINE];
         self.lines[start + last / LINE][last % LINE] = ball as u32;
     }
 
-    /// Moves a full list to where there is more room.
+    /// Moves a full list to where there is twice the room.
     #[cold]
     fn enlarge(&mut self, ball: usize) {
-        let Shell { start, lines, .. } = self.shells[ball];
-        let larger = lines + (lines / 2).max(1);
-        let count = usize::from(larger);
-        if self.free.len() <= count {
-            self.free.resize(count + 1, Vec::new());
-        }
-        let fresh = self.free[count].pop().unwrap_or_else(|| {
+        let Shell { start, fill, .. } = self.shells[ball];
+        let larger = Fill::new(fill.len(), fill.class() + 1);
+        let kept = self.free.get_mut(larger.class() as usize).and_then(Vec::pop);
+        let fresh = kept.unwrap_or_else(|| {
             let fresh = self.lines.len() as u32;
-            self.lines.resize(self.lines.len() + count, [ball as u32; LINE]);
+            self.lines.resize(self.lines.len() + larger.lines(), [ball as u32; LINE]);
             fresh
         });
-        self.lines.copy_within(start as usize..start as usize + usize::from(lines), fresh as usize);
-        if lines > 0 {
-            self.free[usize::from(lines)].push(start);
+        self.lines.copy_within(start as usize..start as usize + fill.lines(), fresh as usize);
+        if fill.lines() > 0 {
+            self.give_back(start, fill.class());
         }
         let shell = &mut self.shells[ball];
-        (shell.start, shell.lines) = (fresh, larger);
+        (shell.start, shell.fill) = (fresh, larger);
+    }
+
+    #[cold]
+    fn give_back(&mut self, start: u32, class: u32) {
+        if self.free.len() <= class as usize {
+            self.free.resize(class as usize + 1, Vec::new());
+        }
+        self.free[class as usize].push(start);
     }
 
     /// Bytes held.
@@ -356,26 +365,6 @@ impl Work for Renewal<'_> {
     }
 }
 
-/// [`Lists::smaller`].
-struct Smaller<'a> {
-    bins: &'a Bins,
-    ball: usize,
-    centre: DVec3,
-    sphere: f64,
-    depth: f64,
-    found: &'a mut Gathered,
-}
-
-impl Work for Smaller<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) {
-        let Self { bins, ball, centre, sphere, depth, found } = self;
-        bins.near_smaller(lanes, ball, centre, sphere, LEVELS_LISTED, depth, found);
-    }
-}
-
 /// The displacement (m) with which a ball of middle size has about [`NEIGHBOURS`] on its list; `None` where lists do not pay.
 fn displacement(world: &World, now: Time) -> Option<f64> {
     let (low, high) = world.extent(now);
@@ -398,13 +387,11 @@ fn displacement(world: &World, now: Time) -> Option<f64> {
         2 => std::f64::consts::PI * radius * radius,
         _ => 2.0 * radius,
     };
-    let packing = world.radii.iter().map(|&radius| ball(radius)).sum::<f64>() / volume;
-    if axes < 2 || packing < std::env::var("LP").map_or(LEAST_PACKING, |x| x.parse().unwrap()) {
+    let mean = world.radii.iter().sum::<f64>() / count;
+    if axes < 2 || ball(2.0 * mean) * count / volume < LEAST_CROWDED {
         return None;
     }
-    let mean = world.radii.iter().sum::<f64>() / count;
-    let nb: f64 = std::env::var("NB").map_or(NEIGHBOURS, |x| x.parse().unwrap());
-    let within = (nb + 1.0) * volume / count;
+    let within = (NEIGHBOURS + 1.0) * volume / count;
     let reach = if axes == 3 { (within / ball(1.0)).cbrt() } else { (within / ball(1.0)).sqrt() };
     Some((0.5 * reach - mean).max(0.05 * mean))
 }

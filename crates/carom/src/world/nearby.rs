@@ -32,21 +32,18 @@ impl Nearby {
     /// [`MOST`]. `room` is room to work in.
     #[inline(always)]
     pub fn row<'a>(&'a self, world: &World, ball: usize, room: &'a mut Gathered) -> &'a [u32] {
-        room.clear();
         match self {
-            Self::Lists(lists) => {
-                lists.row(ball).iter().for_each(|&other| room.push(other));
-                lists.smaller(world, ball, room);
-            }
+            Self::Lists(lists) => lists.row(ball),
             Self::Cells(cells) => {
+                room.clear();
                 cells.near(ball, world.radii[ball], room);
                 if world.is_fixed(ball) {
                     // Two bodies in prescribed motion pass through each other.
                     room.retain(|other| !world.is_fixed(other as usize));
                 }
+                room.filled_up(ball)
             }
         }
-        room.filled_up(ball)
     }
 
     /// The planes that `ball` can meet before it leaves its place.
