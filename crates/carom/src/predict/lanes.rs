@@ -241,8 +241,8 @@ impl Lanes for Narrow {
     #[inline(always)]
     fn within(self, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32 {
         let mut bits = 0;
-        for k in 0..8 {
-            let (x, y, z) = (at[0][k] - from[0], at[1][k] - from[1], at[2][k] - from[2]);
+        for (k, ((x, y), z)) in at[0].iter().zip(at[1]).zip(at[2]).enumerate() {
+            let (x, y, z) = (x - from[0], y - from[1], z - from[2]);
             bits |= u32::from(x * x + y * y + z * z < within) << k;
         }
         bits

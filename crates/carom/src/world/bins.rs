@@ -103,8 +103,8 @@ impl Bins {
             let here = &mut self.bins[bin];
             if let Some(slot) = here.balls[..SLOTS].iter().position(|&other| other == NONE) {
                 here.balls[slot] = ball as u32;
-                for axis in 0..3 {
-                    here.at[axis][slot] = fraction[axis];
+                for (at, fraction) in here.at.iter_mut().zip(fraction) {
+                    at[slot] = fraction;
                 }
                 return;
             }

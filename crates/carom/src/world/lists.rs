@@ -258,7 +258,7 @@ impl Lists {
         }
         let shell = &mut self.shells[ball];
         let line = &mut self.lines[shell.start as usize + len / LINE];
-        if len % LINE == 0 {
+        if len.is_multiple_of(LINE) {
             *line = [ball as u32; LINE];
         }
         line[len % LINE] = other;
