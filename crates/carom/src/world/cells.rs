@@ -13,7 +13,7 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
-use super::nearby::{Gathered, PlaneSet};
+use super::nearby::{BLOCK, Gathered, PlaneSet};
 use super::{Boundary, Domain, World};
 use crate::predict::crossing;
 use crate::time::Time;
@@ -456,21 +456,23 @@ impl Cells {
             *axis = ([if face.upward { axis.0[2] } else { axis.0[0] }; 3], 1);
         }
         let [(x, columns), (y, rows), (z, planes)] = beside;
-        let free = found.free(27 * SLOTS + 1);
+        let free = found.block();
         let mut count = 0;
-        let mut further = false;
+        let mut fills = 0;
         for &z in &z[..planes] {
             for &y in &y[..rows] {
                 let row = level.first + ((z * level.count[1] + y) * level.count[0]) as usize;
                 for &x in &x[..columns] {
                     let cell = &self.cells[row + x as usize];
-                    free[count..count + SLOTS + 1].copy_from_slice(&cell.0);
+                    // 27 cells hold less than a block: the remainder only tells the compiler so.
+                    let place = count % BLOCK;
+                    free[place..place + SLOTS + 1].copy_from_slice(&cell.0);
                     count += cell.len();
-                    further |= cell.fill() > 7;
+                    fills |= cell.fill();
                 }
             }
         }
-        if further {
+        if fills > SLOTS as u32 {
             return self.beside_crowded(level, beside, found);
         }
         found.add_free(count);

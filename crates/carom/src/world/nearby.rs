@@ -93,6 +93,9 @@ impl Nearby {
     }
 }
 
+/// Places of a block of free ones.
+pub const BLOCK: usize = 256;
+
 /// Rows of balls, gathered without a branch for each: whole cells are copied, and what is too much is written over.
 #[derive(Clone, Debug, Default)]
 pub struct Gathered {
@@ -141,11 +144,12 @@ impl Gathered {
         self.len += count;
     }
 
-    /// Free places, at least so many, to be written to in order.
+    /// Free places, to be written to in order: [`BLOCK`], and a few more to be written over.
     #[inline(always)]
-    pub fn free(&mut self, places: usize) -> &mut [u32] {
-        self.make_room(places);
-        &mut self.rows[self.len..]
+    pub fn block(&mut self) -> &mut [u32; BLOCK + MOST] {
+        self.make_room(BLOCK + MOST);
+        let Some((block, _)) = self.rows[self.len..].split_first_chunk_mut() else { unreachable!("room was made") };
+        block
     }
 
     /// Adds those that were written to the first so many free places.
