@@ -48,11 +48,11 @@ pub struct Counts {
     pub ball_plane: u64,
     /// Contacts that turned out not to approach by the rounding of a grazing root.
     pub grazes: u64,
-    /// Passages from cell to cell.
+    /// Passages from cell to cell, or out of the sphere of a list.
     pub crossings: u64,
     /// Predictions that surfaced after their partner had changed its course.
     pub stale: u64,
-    /// Times the cells were laid out anew, in open space.
+    /// Times the balls were put into another order in memory, and the cells or lists laid out anew.
     pub layouts: u64,
 }
 
@@ -470,7 +470,8 @@ impl Simulation {
     fn is_out_of_order(&self) -> bool {
         const CROSSINGS_PER_BALL: u64 = 64;
         const FEW: usize = 2000;
-        let matters = self.world.len() > FEW || self.world.domain.boundary.contains(&Boundary::Open);
+        let axes = &self.world.domain.boundary[..usize::from(self.world.dimensions)];
+        let matters = self.world.len() > FEW || axes.contains(&Boundary::Open);
         matters && self.counts.crossings - self.crossings_at_layout > CROSSINGS_PER_BALL * self.world.len() as u64
     }
 

@@ -78,6 +78,30 @@ fn under_gravity_between_walls_and_on_fixed_balls() {
     never_overlaps("gravity, pegs", &pegs, 20, 2000);
 }
 
+/// Having bounced off one image of a fixed ball, a falling ball flies round the box to the next: that contact is another one.
+#[test]
+fn off_a_fixed_ball_and_round_the_box() {
+    for k in 0..6 {
+        let speed = 2.0 + 0.1 * f64::from(k);
+        let scene = Scene {
+            domain: cube(Boundary::Periodic, 8.0),
+            gravity: vector(0.0, 0.0, -0.02),
+            ..scene([
+                fixed(0, DVec3::ZERO, DVec3::ZERO, 0.5),
+                ball(1, vector(-1.5, 0.3, 0.2), vector(speed, 0.0, 0.0), 0.5, 1.0),
+            ])
+        };
+        let mut simulation = start(&scene);
+        let far = simulation.world().clock.at(1e4);
+        for impact in 0..20 {
+            let Some(met) = simulation.step(far).unwrap() else { break };
+            // Contact distance 1. The quartic has squares of the way flown, up to a thousand metres, rounded to 2e-10 m².
+            let apart = (met.positions[0] - met.positions[1]).length();
+            assert!((apart - 1.0).abs() < 1e-9, "speed {speed}, impact {impact}: {apart} m apart");
+        }
+    }
+}
+
 #[test]
 fn in_narrow_periodic_boxes() {
     // Three to six balls in boxes hardly wider than two of them: pairs meet through several images.

@@ -3,9 +3,10 @@
 use glam::DVec3;
 
 use super::row::Soonest;
-use super::{First, Predictor, ball_ball, ball_ball_accelerated, for_planes, rank, resting_time};
+use super::{First, Predictor, ball_ball, ball_ball_accelerated, for_planes, rank};
 use crate::flight::Flight;
 use crate::time::Time;
+use crate::tolerance;
 use crate::world::nearby::PlaneSet;
 use crate::world::{Partner, World};
 
@@ -97,7 +98,7 @@ impl Seeker<'_> {
     /// The ball seen from another: position (m) and velocity (m/s), and the seconds that the ball has flown, at the later of
     /// their last impacts. Only post-impact states enter, so that what is predicted does not depend on when it is predicted
     /// (the present only chooses the periodic image).
-    fn seen_from(&self, other: usize) -> (DVec3, DVec3, f64) {
+    fn seen_from(&self, other: usize) -> (DVec3, DVec3, DVec3, f64) {
         let (mine, theirs) = (self.flight(), &self.world.flights[other]);
         let ahead = mine.start().since(theirs.start());
         let (mine_flown, theirs_flown) = ((-ahead).max(0.0), ahead.max(0.0));
@@ -109,22 +110,23 @@ impl Seeker<'_> {
             r += (my_fall * (mine_flown * mine_flown) - their_fall * (theirs_flown * theirs_flown)) * 0.5;
             v += my_fall * mine_flown - their_fall * theirs_flown;
         }
+        let mut images = DVec3::ZERO;
         if self.predictor.periods.any {
             let lag = self.now.since(mine.start()) - mine_flown;
             // Where they are now; their relative flight may be bent.
             let bent = if my_fall == their_fall { DVec3::ZERO } else { (my_fall - their_fall) * (0.5 * lag) };
-            r -= self.predictor.periods.shift(r + (v + bent) * lag);
+            images = self.predictor.periods.images_passed(r + (v + bent) * lag);
         }
-        (r, v, mine_flown)
+        (r, images, v, mine_flown)
     }
 
     /// When the ball and `other` next touch.
     fn impact_with(&self, other: usize) -> Time {
-        let (r, v, mine_flown) = self.seen_from(other);
+        let (r, images, v, mine_flown) = self.seen_from(other);
         let start = if mine_flown > 0.0 { self.world.flights[other].start() } else { self.flight().start() };
         let periods = &self.predictor.periods;
         if !periods.any || self.radius() + self.world.radii[other] <= self.predictor.nearest_image_reach {
-            return self.meet(other, r, v, start);
+            return self.meet(other, r - images * periods.length, v, start);
         }
         // In a box so small that two balls can meet through more than one image.
         let range = |axis: usize| if periods.length[axis] > 0.0 { -2..=2 } else { 0..=0 };
@@ -132,8 +134,9 @@ impl Seeker<'_> {
         for x in range(0) {
             for y in range(1) {
                 for z in range(2) {
-                    let shift = DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * periods.length;
-                    let time = self.meet(other, r + shift, v, start);
+                    // Counted before they are taken off: from whichever image they are counted, the bits are the same.
+                    let images = images + DVec3::new(f64::from(x), f64::from(y), f64::from(z));
+                    let time = self.meet(other, r - images * periods.length, v, start);
                     if time.before(first) {
                         first = time;
                     }
@@ -155,11 +158,13 @@ impl Seeker<'_> {
             ball_ball::time_of_impact_growing(r, v, distance, rate)
         } else if fixed == other_fixed || world.gravity == DVec3::ZERO {
             ball_ball::time_of_impact(r, v, contact_distance)
-                .map(|seconds| if seconds == 0.0 { self.rest(other, r, v) } else { seconds })
+                .and_then(|seconds| if seconds == 0.0 { self.rest(other, r, v) } else { Some(seconds) })
         } else {
             let (free, prescribed) = if fixed { (other, self.ball) } else { (self.ball, other) };
             let in_contact = world.bodies[free].last_partner == Partner::ball(prescribed as u32)
-                && world.flights[free].start() == start;
+                && world.flights[free].start() == start
+                // Through this image, not another.
+                && r.length() <= contact_distance * (1.0 + tolerance::CELL_MARGIN);
             let a = if fixed { -world.gravity } else { world.gravity };
             ball_ball_accelerated::time_of_impact(r, v, a, contact_distance, in_contact)
         };
@@ -169,15 +174,18 @@ impl Seeker<'_> {
     /// Seconds until an approaching pair that already touches has its impact: none, unless it rests in a contact without
     /// restitution. Rounding alone then makes it approach, so slowly that it takes long to get deeper than touching.
     #[cold]
-    fn rest(&self, other: usize, r: DVec3, v: DVec3) -> f64 {
+    fn rest(&self, other: usize, r: DVec3, v: DVec3) -> Option<f64> {
         let world = self.world;
         let theirs = &world.flights[other];
-        if world.restitution.of(world.bodies[self.ball].material, world.bodies[other].material) > 0.0 {
-            return 0.0;
-        }
-        let depth = self.radius() + world.radii[other] - r.length();
-        let largest = self.flight().position().abs().max(theirs.position().abs()).max_element();
         let speeds = self.flight().velocity().length() + theirs.velocity().length();
-        resting_time(-r.dot(v) / r.length(), speeds, depth, largest.max(self.radius() + world.radii[other]))
+        if world.restitution.of(world.bodies[self.ball].material, world.bodies[other].material) > 0.0
+            || -r.dot(v) / r.length() > tolerance::RESTING * speeds
+        {
+            return Some(0.0);
+        }
+        // When it is deeper than touching; if it slides, it never is.
+        let distance = self.radius() + world.radii[other];
+        let largest = self.flight().position().abs().max(theirs.position().abs()).max_element().max(distance);
+        ball_ball::time_of_impact(r, v, distance - tolerance::touching(largest))
     }
 }

@@ -74,7 +74,7 @@ impl Bins {
         let mut bins = 0;
         for &level in &used {
             let of_level = || spheres.iter().zip(&levels).filter(|(_, l)| **l == level).map(|(sphere, _)| *sphere);
-            let grid = Grid::new(domain, of_level, low, high, bins);
+            let grid = Grid::new(domain, of_level, largest, low, high, bins);
             bins += grid.count.iter().map(|&n| n as usize).product::<usize>();
             grids.push(grid);
         }
@@ -193,6 +193,7 @@ impl Grid {
     fn new<I: Iterator<Item = f64>>(
         domain: &Domain,
         spheres: impl Fn() -> I,
+        of_all: f64,
         low: DVec3,
         high: DVec3,
         first: usize,
@@ -205,7 +206,12 @@ impl Grid {
             origin[axis] = if open { low[axis] } else { -0.5 * domain.size[axis] };
             extent[axis] = if open { high[axis] - low[axis] } else { domain.size[axis] };
         }
-        let flat: [bool; 3] = std::array::from_fn(|axis| !(extent[axis] > 0.0) || high[axis] <= low[axis]);
+        // Nor is there where one ball could be met twice in a row that closes on itself, though space does not.
+        let twice = 2.0 * (of_all + largest) * (1.0 + BIN_MARGIN) * (1.0 + BIN_MARGIN);
+        let flat: [bool; 3] = std::array::from_fn(|axis| {
+            let open = domain.boundary[axis] == Boundary::Open;
+            !(extent[axis] > 0.0) || high[axis] <= low[axis] || (open && extent[axis] < twice)
+        });
         let most = (spheres().count() * BINS_PER_BALL).max(FEWEST_BINS);
         let mut width = reach;
         let count = loop {
@@ -242,7 +248,11 @@ impl Grid {
         for axis in 0..3 {
             if !self.flat[axis] {
                 let bins = (point[axis] - self.origin[axis]) / self.width[axis];
-                let whole = bins.floor();
+                let mut whole = bins.floor();
+                if self.ends[axis] {
+                    // A ball in prescribed motion may be beyond a wall: it is the last bin's, and its fraction beyond it.
+                    whole = whole.clamp(0.0, f64::from(self.count[axis] - 1));
+                }
                 // By way of 64 bits, so that far out in open space the numbers close on themselves.
                 coordinate[axis] = whole as i64 as i32;
                 fraction[axis] = (bins - whole) as f32 * self.scale[axis];
@@ -261,8 +271,7 @@ impl Grid {
         let bins = reach / self.width[axis] + BIN_MARGIN;
         let (low, high) = ((place - bins).floor() as i32, (place + bins).floor() as i32);
         if self.ends[axis] {
-            // Rounding may put a ball at the wall a bin beyond it, which is then the last bin's.
-            return (low.max(-own.max(0)), high.min((self.count[axis] - 1 - own).max(0)));
+            return (low.max(-own), high.min(self.count[axis] - 1 - own));
         }
         (low, high)
     }

@@ -187,8 +187,12 @@ impl Lists {
             let (gap, speed) = (self.displacement - from_centre.length(), speed_squared.sqrt());
             2.0 * gap / (speed + (speed_squared + 2.0 * world.gravity.length() * gap).max(0.0).sqrt())
         };
-        // A ball at rest never leaves (0/0).
-        if seconds.is_nan() { Time::NEVER } else { world.clock.after(now, seconds.max(0.0)) }
+        match (seconds.is_nan(), world.gravity == DVec3::ZERO || world.is_fixed(ball)) {
+            // A ball at rest never leaves (0/0), unless it falls from the very rim.
+            (true, true) => Time::NEVER,
+            (true, false) => now,
+            _ => world.clock.after(now, seconds.max(0.0)),
+        }
     }
 
     /// Follows a ball that was put back into the box.

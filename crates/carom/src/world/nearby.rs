@@ -184,8 +184,6 @@ impl Gathered {
 pub struct PlaneSet(u8);
 
 impl PlaneSet {
-    /// All of them.
-    pub const ALL: Self = Self(u8::MAX);
     /// None of them.
     pub const NONE: Self = Self(0);
 
