@@ -152,20 +152,17 @@ pub struct First {
 }
 
 impl First {
-    /// Starts from an impact already known ([`Time::NEVER`] for none).
-    pub fn from(time: Time, partner: Partner) -> Self {
-        Self { time, partner, tied: false }
-    }
+    /// None.
+    pub const NEVER: Self = Self { time: Time::NEVER, partner: Partner::NONE, tied: false };
 
+    /// With another impact considered.
     #[inline(always)]
-    fn consider(&mut self, time: Time, partner: Partner, same: f64) {
+    fn or(self, time: Time, partner: Partner, same: f64) -> Self {
         if time.before(self.time) {
-            self.tied = self.time.since(time) <= same;
-            self.time = time;
-            self.partner = partner;
-        } else if time.since(self.time) <= same && partner != self.partner {
-            self.tied = true;
+            return Self { time, partner, tied: self.time.since(time) <= same };
         }
+        let tied = time.since(self.time) <= same && partner != self.partner;
+        Self { tied: self.tied | tied, ..self }
     }
 }
 
@@ -222,13 +219,10 @@ impl Predictor {
             if seekers[0].is_plain() && seekers[1].is_plain() {
                 let rows = balls.map(|ball| lists.row(ball));
                 let found = self.search(seekers, rows);
-                return [0, 1].map(|k| {
-                    let mut first = First::from(Time::NEVER, Partner::NONE);
-                    let planes = lists.planes(balls[k]);
-                    self.consider_planes(world, planes, balls[k], &mut first);
-                    seekers[k].consider_soonest(&found[k], rows[k], &mut first);
-                    if first.tied { seekers[k].lowest_of_instant(rows[k], planes) } else { first }
-                });
+                // One after the other, not by a closure: so they stay in registers.
+                let first_a = seekers[0].first_with(&found[0], rows[0], lists.planes(balls[0]));
+                let first_b = seekers[1].first_with(&found[1], rows[1], lists.planes(balls[1]));
+                return [first_a, first_b];
             }
         }
         balls.map(|ball| self.first_impact(world, nearby, ball, now))
@@ -242,11 +236,7 @@ impl Predictor {
 
     #[inline(always)]
     fn first_of(&self, world: &World, row: &[u32], planes: PlaneSet, ball: usize, now: Time) -> First {
-        let mut first = First::from(Time::NEVER, Partner::NONE);
-        self.consider_planes(world, planes, ball, &mut first);
-        let seeker = Seeker { world, predictor: self, ball, now };
-        seeker.consider_row(row, &mut first);
-        if first.tied { seeker.lowest_of_instant(row, planes) } else { first }
+        Seeker { world, predictor: self, ball, now }.first(row, planes)
     }
 
     /// After a passage through the face of a cell: the first impact with the balls newly near, the planes near, and the ball
@@ -262,8 +252,6 @@ impl Predictor {
         known: Partner,
     ) -> First {
         let Nearby::Cells(cells) = nearby else { return self.first_impact(world, nearby, ball, now) };
-        let mut first = First::from(Time::NEVER, Partner::NONE);
-        self.consider_planes(world, nearby.planes(ball), ball, &mut first);
         let mut room = std::mem::take(&mut self.room);
         room.clear();
         cells.near_after_crossing(ball, world.radii[ball], face, &mut room);
@@ -273,16 +261,9 @@ impl Predictor {
             room.push(known as u32);
         }
         let row = room.filled_up(ball);
-        Seeker { world, predictor: self, ball, now }.consider_row(row, &mut first);
+        let first = Seeker { world, predictor: self, ball, now }.first_unless_tied(row, nearby.planes(ball));
         self.room = room;
         if first.tied { self.first_impact(world, nearby, ball, now) } else { first }
-    }
-
-    #[inline(always)]
-    fn consider_planes(&self, world: &World, planes: PlaneSet, ball: usize, first: &mut First) {
-        if !planes.is_empty() {
-            for_planes(world, planes, ball, |time, partner| first.consider(time, partner, self.same));
-        }
     }
 }
 

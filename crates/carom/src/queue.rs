@@ -84,8 +84,29 @@ pub struct Queue {
     /// Entries beyond the ring.
     far: Vec<Mark>,
     in_ring: usize,
+    delayed: Delayed,
     buckets_passed: u64,
     entries_met: u64,
+}
+
+/// So many buckets fit the cache; where there are more, entries wait for the memory that they will be written to.
+const CACHED_BUCKETS: usize = 1 << 13;
+/// Entries that wait. Half of them for their bucket, the other half for its chunk.
+const DELAYED: usize = 16;
+
+/// Entries on their way to their buckets, the number of the bucket with each.
+#[derive(Clone, Debug)]
+struct Delayed {
+    entries: [(i64, Mark); DELAYED],
+    /// How many came so far; the last [`DELAYED`] of them wait, unless they were let through.
+    came: usize,
+    /// No bucket before this one is waited for.
+    first: i64,
+}
+
+impl Delayed {
+    const NOBODY: (i64, Mark) = (i64::MIN, Mark { ball: 0, stamp: 0 });
+    const NONE: Self = Self { entries: [Self::NOBODY; DELAYED], came: 0, first: i64::MAX };
 }
 
 impl Queue {
@@ -102,6 +123,7 @@ impl Queue {
             sorted: Vec::new(),
             far: Vec::new(),
             in_ring: 0,
+            delayed: Delayed::NONE,
             buckets_passed: 0,
             entries_met: 0,
         };
@@ -137,12 +159,17 @@ impl Queue {
     }
 
     /// Adds an entry.
-    #[inline]
+    #[inline(always)]
     pub fn push(&mut self, entry: Entry) {
         let bucket = self.bucket_of(entry.time);
         let ahead = bucket.saturating_sub(self.present);
         if ahead > 0 && ahead < self.buckets.len() as i64 {
-            self.put_into_ring(bucket, entry.mark);
+            self.in_ring += 1;
+            if self.buckets.len() > CACHED_BUCKETS {
+                self.delay(bucket, entry.mark);
+            } else {
+                self.put_into_ring(bucket, entry.mark);
+            }
         } else if ahead > 0 {
             self.far.push(entry.mark);
         } else {
@@ -150,6 +177,7 @@ impl Queue {
         }
     }
 
+    #[inline(never)]
     fn put_into_present(&mut self, entry: Entry) {
         // Latest first, so the place is near the end.
         let mut place = self.sorted.len();
@@ -161,9 +189,35 @@ impl Queue {
         self.sorted[place] = entry;
     }
 
+    /// Puts an entry into its bucket not before both the bucket and its chunk have come from memory.
+    #[inline]
+    fn delay(&mut self, bucket: i64, mark: Mark) {
+        let mask = self.buckets.len() - 1;
+        prefetch_index(&self.buckets, bucket as usize & mask);
+        self.delayed.first = self.delayed.first.min(bucket);
+        let came = self.delayed.came;
+        self.delayed.came = came.wrapping_add(1);
+        let waited = std::mem::replace(&mut self.delayed.entries[came % DELAYED], (bucket, mark));
+        let (half_way, _) = self.delayed.entries[came.wrapping_add(DELAYED / 2) % DELAYED];
+        prefetch_index(&self.chunks, self.buckets[half_way as usize & mask].row());
+        if waited.0 != i64::MIN {
+            self.put_into_ring(waited.0, waited.1);
+        }
+    }
+
+    /// Lets all through that wait.
+    #[cold]
+    fn undelay(&mut self) {
+        let delayed = std::mem::replace(&mut self.delayed, Delayed::NONE);
+        for (bucket, mark) in delayed.entries {
+            if bucket != i64::MIN {
+                self.put_into_ring(bucket, mark);
+            }
+        }
+    }
+
     #[inline(always)]
     fn put_into_ring(&mut self, bucket: i64, mark: Mark) {
-        self.in_ring += 1;
         let slot = bucket as usize & (self.buckets.len() - 1);
         let fill = self.buckets[slot];
         if fill.len() == CHUNK {
@@ -219,20 +273,30 @@ impl Queue {
         self.present
     }
 
-    /// Calls `visit` with the entries of the bucket `ahead` of the present one: those last pushed, up to a chunk of them.
+    /// Calls `visit` with the entries of the bucket `ahead` of the present one.
     #[inline(always)]
     pub fn ahead(&self, ahead: usize, mut visit: impl FnMut(Mark)) {
-        let fill = self.buckets[(self.present as usize).wrapping_add(ahead) & (self.buckets.len() - 1)];
-        if fill != Fill::NONE {
-            self.chunks[fill.row()].marks[..fill.len()].iter().for_each(|&mark| visit(mark));
+        let mut fill = self.fill_ahead(ahead);
+        while fill != Fill::NONE {
+            let chunk = &self.chunks[fill.row()];
+            chunk.marks[..fill.len()].iter().for_each(|&mark| visit(mark));
+            fill = chunk.next;
         }
     }
 
-    /// Fetches what [`Queue::ahead`] will read.
+    #[inline(always)]
+    fn fill_ahead(&self, ahead: usize) -> Fill {
+        self.buckets[(self.present as usize).wrapping_add(ahead) & (self.buckets.len() - 1)]
+    }
+
+    /// Fetches what [`Queue::ahead`] will read of the bucket one nearer than `ahead`.
     #[inline(always)]
     pub fn prefetch(&self, ahead: usize) {
-        let fill = self.buckets[(self.present as usize).wrapping_add(ahead) & (self.buckets.len() - 1)];
-        prefetch_index(&self.chunks, fill.row());
+        prefetch_index(&self.chunks, self.fill_ahead(ahead).row());
+        let nearer = self.fill_ahead(ahead - 1);
+        if nearer != Fill::NONE {
+            prefetch_index(&self.chunks, self.chunks[nearer.row()].next.row());
+        }
     }
 
     /// The entries of the present.
@@ -261,6 +325,9 @@ impl Queue {
         loop {
             self.present += 1;
             self.buckets_passed += 1;
+            if self.present >= self.delayed.first {
+                self.undelay();
+            }
             if self.present as usize & mask == 0 {
                 self.recall_far(time_of);
             }
@@ -292,6 +359,7 @@ impl Queue {
                 self.far[kept] = mark;
                 kept += 1;
             } else {
+                self.in_ring += 1;
                 self.put_into_ring(bucket.max(self.present), mark);
             }
         }
@@ -325,6 +393,7 @@ impl Queue {
         if (0.5 * TARGET..=2.0 * TARGET).contains(&occupancy) {
             return;
         }
+        self.undelay();
         let marks = std::mem::take(&mut self.far);
         let mut all: Vec<Entry> =
             marks.into_iter().filter_map(|mark| time_of(mark).map(|time| Entry { time, mark })).collect();

@@ -231,7 +231,7 @@ impl Simulation {
         let of_ball = size_of::<crate::flight::Flight>()
             + size_of::<crate::world::Body>()
             + size_of::<Upcoming>()
-            + 16
+            + 24 // id, its place, radius, impacts
             + if self.world.images.is_empty() { 0 } else { 12 };
         of_ball + (self.nearby.bytes() + self.queue.bytes()) / balls
     }
@@ -328,7 +328,7 @@ impl Simulation {
         self.looked_ahead = self.queue.present();
         let Nearby::Lists(lists) = &self.nearby else { return };
         let (world, upcoming) = (&self.world, &self.upcoming[..]);
-        self.queue.prefetch(4);
+        self.queue.prefetch(5);
         self.queue.ahead(3, |mark| {
             let ball = mark.ball as usize;
             prefetch_index(upcoming, ball);
@@ -351,17 +351,33 @@ impl Simulation {
         });
         self.queue.ahead(1, |mark| {
             let ball = mark.ball as usize;
-            if upcoming[ball].stamp == mark.stamp {
-                lists.row(ball).iter().for_each(|&near| prefetch_index(&world.flights, near as usize));
-                if let Some(other) = upcoming[ball].partner.as_ball() {
+            let next = &upcoming[ball];
+            if next.stamp == mark.stamp {
+                if !next.is_impact() {
+                    lists.prefetch_renewal(world, ball, next.time);
+                } else if let Some(other) = next.partner.as_ball() {
                     lists.prefetch_row(other);
                 }
+                self.prefetch_near(lists.row(ball));
             }
         });
         for entry in self.queue.at_present() {
-            if let Some(other) = upcoming[entry.mark.ball as usize].partner.as_ball() {
-                lists.row(other).iter().for_each(|&near| prefetch_index(&world.flights, near as usize));
+            let ball = entry.mark.ball as usize;
+            let next = &upcoming[ball];
+            if !next.is_impact() {
+                lists.row(ball).iter().for_each(|&near| lists.prefetch_row(near as usize));
+            } else if let Some(other) = next.partner.as_ball() {
+                self.prefetch_near(lists.row(other));
             }
+        }
+    }
+
+    /// Fetches what a search through a row reads.
+    #[inline(always)]
+    fn prefetch_near(&self, row: &[u32]) {
+        for &near in row {
+            prefetch_index(&self.world.flights, near as usize);
+            prefetch_index(&self.world.impacts, near as usize);
         }
     }
 

@@ -39,41 +39,69 @@ impl Seeker<'_> {
         straight && radius + if radius == largest { second } else { largest } <= nearest_image_reach
     }
 
-    /// Considers all of a row that is filled up with the ball itself.
+    /// The first impact with anybody of a row that is filled up with the ball itself, or with a plane.
     #[inline(always)]
-    pub fn consider_row(&self, row: &[u32], first: &mut First) {
-        if !self.is_plain() {
-            return self.consider_one_by_one(row, first);
-        }
-        let [soonest] = self.predictor.search([*self], [row]);
-        self.consider_soonest(&soonest, row, first);
+    pub fn first(&self, row: &[u32], planes: PlaneSet) -> First {
+        let first = self.first_unless_tied(row, planes);
+        if first.tied { self.lowest_of_instant(row, planes) } else { first }
     }
 
-    /// Considers what a search through the row has found.
+    /// As [`Seeker::first`], or one of the first if several may belong to one instant.
     #[inline(always)]
-    pub fn consider_soonest(&self, soonest: &Soonest, row: &[u32], first: &mut First) {
+    pub fn first_unless_tied(&self, row: &[u32], planes: PlaneSet) -> First {
+        if !self.is_plain() {
+            return self.first_one_by_one(row, self.first_plane(planes));
+        }
+        let [soonest] = self.predictor.search([*self], [row]);
+        self.considering(&soonest, row, self.first_plane(planes))
+    }
+
+    /// The first impact, given what a search through the row has found.
+    #[inline(always)]
+    pub fn first_with(&self, soonest: &Soonest, row: &[u32], planes: PlaneSet) -> First {
+        let first = self.considering(soonest, row, self.first_plane(planes));
+        if first.tied { self.lowest_of_instant(row, planes) } else { first }
+    }
+
+    #[inline(always)]
+    fn first_plane(&self, planes: PlaneSet) -> First {
+        if planes.is_empty() { First::NEVER } else { self.first_of_planes(planes) }
+    }
+
+    #[inline(never)]
+    fn first_of_planes(&self, planes: PlaneSet) -> First {
+        let mut first = First::NEVER;
+        for_planes(self.world, planes, self.ball, |time, partner| {
+            first = first.or(time, partner, self.predictor.same);
+        });
+        first
+    }
+
+    #[inline(always)]
+    fn considering(&self, soonest: &Soonest, row: &[u32], first: First) -> First {
         if soonest.after_own_start == f64::INFINITY {
-            return;
+            return first;
         }
         if soonest.seconds == 0.0 {
             // A pair that touches may rest.
-            return self.consider_one_by_one(row, first);
+            return self.first_one_by_one(row, first);
         }
         let (start, same) = (self.flight().start(), self.predictor.same);
         let other = row[soonest.place];
         let theirs = self.world.flights[other as usize].start();
         let later = if start.since(theirs) < 0.0 { theirs } else { start };
-        first.consider(self.world.clock.after(later, soonest.seconds), Partner::ball(other), same);
+        let first = first.or(self.world.clock.after(later, soonest.seconds), Partner::ball(other), same);
         // Measured from one's own start, times err by a few ulps: those in doubt are looked at again.
         let doubt = 2.0 * same + 8.0 * f64::EPSILON * soonest.after_own_start;
-        first.tied |= soonest.next - soonest.after_own_start <= doubt;
+        First { tied: first.tied | (soonest.next - soonest.after_own_start <= doubt), ..first }
     }
 
     #[inline(never)]
-    fn consider_one_by_one(&self, row: &[u32], first: &mut First) {
+    fn first_one_by_one(&self, row: &[u32], mut first: First) -> First {
         for &other in row.iter().filter(|&&other| other as usize != self.ball) {
-            first.consider(self.impact_with(other as usize), Partner::ball(other), self.predictor.same);
+            first = first.or(self.impact_with(other as usize), Partner::ball(other), self.predictor.same);
         }
+        first
     }
 
     /// Second look, where several impacts of the ball may belong to one instant: the one that comes first in rank.
@@ -87,12 +115,12 @@ impl Seeker<'_> {
         let earliest =
             found.iter().fold(Time::NEVER, |first, &(time, _)| if time.before(first) { time } else { first });
         if !earliest.is_reachable() {
-            return First::from(Time::NEVER, Partner::NONE);
+            return First::NEVER;
         }
         let end = world.clock.after(earliest, self.predictor.same);
         let of_instant = found.into_iter().filter(|(time, _)| !end.before(*time));
         let lowest = of_instant.min_by_key(|&(_, partner)| rank(world, ball, partner));
-        lowest.map_or(First::from(Time::NEVER, Partner::NONE), |(time, partner)| First::from(time, partner))
+        lowest.map_or(First::NEVER, |(time, partner)| First { time, partner, tied: false })
     }
 
     /// The ball seen from another: position (m) and velocity (m/s), and the seconds that the ball has flown, at the later of

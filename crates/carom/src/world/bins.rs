@@ -5,6 +5,7 @@
 //! passes, with a margin for the rounding, is looked at again in double precision by whoever asked.
 
 use glam::DVec3;
+use prefetch_index::prefetch_index;
 
 use super::nearby::Gathered;
 use super::{Boundary, Domain};
@@ -138,6 +139,19 @@ impl Bins {
             }
             before = bin;
             bin = here.balls[SLOTS];
+        }
+    }
+
+    /// Fetches the bins at and beside that of a point.
+    pub fn prefetch(&self, ball: usize, point: DVec3) {
+        let grid = self.grid(ball);
+        let ([x, y, z], _) = grid.locate(point);
+        for z in z - 1..=z + 1 {
+            for y in y - 1..=y + 1 {
+                for x in x - 1..=x + 1 {
+                    prefetch_index(&self.bins, grid.bin([x, y, z]));
+                }
+            }
         }
     }
 

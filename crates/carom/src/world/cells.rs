@@ -20,18 +20,18 @@ use crate::time::Time;
 use crate::tolerance::CELL_MARGIN;
 
 /// Balls that a cell holds itself; more are in further ones.
-const SLOTS: usize = 7;
+const SLOTS: usize = 3;
 /// Cells at most for each ball: more of them are emptier, and crossed more often.
-const CELLS_PER_BALL: usize = 1;
+const CELLS_PER_BALL: usize = 2;
 /// So few balls need no cells where space is not periodic.
 const FEW: usize = 32;
 const FEWEST_CELLS: usize = 64;
 /// Radii 1 : 2^20 is beyond what a run can serve.
 const FINEST_LEVEL: u32 = 20;
 
-/// Who is in a cell: half a line of the cache, copied whole.
+/// Who is in a cell: a quarter of a line of the cache, copied whole.
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(32))]
+#[repr(C, align(16))]
 struct Cell([u32; SLOTS + 1]);
 
 impl Cell {

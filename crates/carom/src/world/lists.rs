@@ -145,6 +145,13 @@ impl Lists {
         }
     }
 
+    /// Fetches what making the ball's list anew at `time` will look through.
+    #[inline(never)]
+    pub fn prefetch_renewal(&self, world: &World, ball: usize, time: Time) {
+        self.bins.prefetch(ball, world.position(ball, time));
+        self.row(ball).iter().for_each(|&near| self.prefetch(near as usize));
+    }
+
     fn sphere(&self, world: &World, ball: usize) -> f64 {
         world.radii[ball] + self.displacement * (1.0 + CELL_MARGIN)
     }
