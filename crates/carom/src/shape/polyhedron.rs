@@ -1,0 +1,323 @@
+//! Convex polyhedra.
+
+use glam::{DMat3, DVec3};
+
+use super::error::ShapeError;
+use super::exact::{twice_area, twice_polygon_area};
+use super::flatten::flatten;
+use super::hull::{Flat, Hull, hull};
+use crate::ledger::Sum;
+use crate::tolerance::{COPLANAR, FLATTENING_PASSES, MOST_POINTS, SHAPE_LIMITS, THIN};
+
+/// A flat face.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Face {
+    /// Outward unit normal.
+    pub normal: DVec3,
+    /// The largest normal·vertex of its vertices (m): the face lies in the plane normal·x = offset.
+    pub offset: f64,
+    /// Its corners, counter-clockwise seen from outside, from the one with the smallest index on.
+    pub vertices: Vec<u32>,
+}
+
+/// A straight edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Edge {
+    /// Its ends, the smaller index first.
+    pub vertices: [u32; 2],
+    /// The faces on its left and right, seen from outside along the edge: the loop of the first runs with it.
+    pub faces: [u32; 2],
+}
+
+/// A convex polyhedron: the hull of its vertices. Faces and edges are those of the exact hull but for triangles that lie in one
+/// plane to within [`COPLANAR`] of the size, which are one face. Its numbers do not depend on the order in which it was given.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polyhedron {
+    /// Corners (m), each of at least three faces.
+    pub vertices: Vec<DVec3>,
+    /// Faces.
+    pub faces: Vec<Face>,
+    /// Edges, sorted by their vertices.
+    pub edges: Vec<Edge>,
+    /// Largest distance of a vertex from the origin (m).
+    pub radius: f64,
+    /// The vertices connected with vertex k are `neighbours[neighbours_from[k]..neighbours_from[k + 1]]`, sorted.
+    neighbours_from: Vec<u32>,
+    neighbours: Vec<u32>,
+    /// The vertices farthest along x, y, z and −x, −y, −z.
+    extremes: [u32; 6],
+}
+
+/// Up to so many vertices, looking at all is faster than climbing from one to the next (a count).
+const FEW_VERTICES: usize = 32;
+
+impl Polyhedron {
+    /// The convex hull of points (m), given in any order, repeated or not. Points inside it, inside a face or on an edge are
+    /// left out.
+    ///
+    /// # Errors
+    /// Fewer than 4 different points, too many, infinite or NaN, all on a line or in a plane; a body thinner than [`THIN`], or
+    /// with details as fine as [`COPLANAR`].
+    pub fn from_points(points: &[DVec3]) -> Result<Self, ShapeError> {
+        check_points(points)?;
+        let points = sorted(points);
+        if points.len() < 4 {
+            return Err(ShapeError::TooFewPoints { count: points.len() });
+        }
+        let triangles = hull(&points).map_err(|flat| flat_error(flat, points.len()))?;
+        Self::from_hull(points, triangles)
+    }
+
+    /// A box of these edge lengths (m), centred, its edges along the axes.
+    ///
+    /// # Errors
+    /// An edge length that is not positive and finite, or a box thinner than [`THIN`].
+    pub fn cuboid(size: DVec3) -> Result<Self, ShapeError> {
+        for (field, value) in [("size x", size.x), ("size y", size.y), ("size z", size.z)] {
+            check_length(field, value)?;
+        }
+        let corner = |k: u32| {
+            let sign = |bit: u32| if k >> bit & 1 == 0 { -0.5 } else { 0.5 };
+            size * DVec3::new(sign(0), sign(1), sign(2))
+        };
+        let corners: Vec<DVec3> = (0..8).map(corner).collect();
+        Self::from_points(&corners)
+    }
+
+    /// Drops points until every one left is a corner of at least three flat faces.
+    pub(super) fn from_hull(mut points: Vec<DVec3>, mut triangles: Hull) -> Result<Self, ShapeError> {
+        let size = size(&points);
+        check_thickness(&points, &triangles, size)?;
+        let tolerance = COPLANAR * size;
+        for _ in 0..FLATTENING_PASSES {
+            let flattened = flatten(&points, &triangles, tolerance);
+            if flattened.dropped.is_empty() {
+                return Self::from_loops(points, flattened.loops, tolerance);
+            }
+            let is_kept = |k: &usize| flattened.dropped.binary_search(&(*k as u32)).is_err();
+            points = (0..points.len()).filter(is_kept).map(|k| points[k]).collect();
+            triangles = hull(&points).map_err(|flat| flat_error(flat, points.len()))?;
+        }
+        Err(ShapeError::TooFine { point: points[0], tolerance })
+    }
+
+    /// The polyhedron of these faces.
+    fn from_loops(vertices: Vec<DVec3>, mut loops: Vec<Vec<u32>>, tolerance: f64) -> Result<Self, ShapeError> {
+        for corners in &mut loops {
+            let first = (0..corners.len()).min_by_key(|&k| corners[k]).unwrap_or(0);
+            corners.rotate_left(first);
+        }
+        loops.sort();
+        let edges = edges(&loops);
+        let (neighbours_from, neighbours) = neighbours(vertices.len(), &edges);
+        let mut polyhedron = Self {
+            faces: loops.into_iter().map(|vertices| Face { normal: DVec3::ZERO, offset: 0.0, vertices }).collect(),
+            vertices,
+            edges,
+            radius: 0.0,
+            neighbours_from,
+            neighbours,
+            extremes: [0; 6],
+        };
+        polyhedron.measure();
+        match polyhedron.sunken_corner(4.0 * tolerance) {
+            Some(corner) => Err(ShapeError::TooFine { point: polyhedron.vertices[corner as usize], tolerance }),
+            None => Ok(polyhedron),
+        }
+    }
+
+    /// Normals, offsets and extremes, from the vertices.
+    fn measure(&mut self) {
+        for face in &mut self.faces {
+            let corners: Vec<DVec3> = face.vertices.iter().map(|&k| self.vertices[k as usize]).collect();
+            face.normal = twice_polygon_area(&corners).normalize();
+            face.offset = corners.iter().map(|&corner| face.normal.dot(corner)).fold(f64::NEG_INFINITY, f64::max);
+        }
+        self.radius = self.vertices.iter().map(|v| v.length()).fold(0.0, f64::max);
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
+        self.extremes = axes.map(|axis| self.farthest_of_all(axis));
+    }
+
+    /// A corner beside a face, above its plane by more than `tolerance` (m): faces as fine as the tolerance, badly merged.
+    fn sunken_corner(&self, tolerance: f64) -> Option<u32> {
+        let beside = |face: u32, edge: &Edge| {
+            let corners = &self.faces[face as usize].vertices;
+            let count = corners.len();
+            let on_edge = (0..count).filter(|&k| edge.vertices.contains(&corners[k])).collect::<Vec<_>>();
+            on_edge.into_iter().flat_map(move |k| [corners[(k + 1) % count], corners[(k + count - 1) % count]])
+        };
+        self.edges.iter().find_map(|edge| {
+            let [left, right] = edge.faces;
+            [(left, right), (right, left)].into_iter().find_map(|(plane, other)| {
+                let Face { normal, offset, .. } = self.faces[plane as usize];
+                beside(other, edge).find(|&k| normal.dot(self.vertices[k as usize]) - offset > tolerance)
+            })
+        })
+    }
+
+    /// The vertices connected with a vertex by an edge, sorted.
+    pub fn neighbours(&self, vertex: u32) -> &[u32] {
+        let (from, to) = (self.neighbours_from[vertex as usize], self.neighbours_from[vertex as usize + 1]);
+        &self.neighbours[from as usize..to as usize]
+    }
+
+    /// The vertex farthest along `direction` (any length), to within rounding and, where faces were merged, [`COPLANAR`]. Of
+    /// several, always the same one.
+    pub fn support(&self, direction: DVec3) -> u32 {
+        if self.vertices.len() <= FEW_VERTICES {
+            return self.farthest_of_all(direction);
+        }
+        self.climb(self.start(direction), direction)
+    }
+
+    /// As [`Self::support`], climbing from a vertex that was the farthest a moment ago.
+    pub fn support_from(&self, vertex: u32, direction: DVec3) -> u32 {
+        if self.vertices.len() <= FEW_VERTICES {
+            return self.farthest_of_all(direction);
+        }
+        self.climb(vertex, direction)
+    }
+
+    /// The extreme vertex of the axis nearest to `direction`.
+    fn start(&self, direction: DVec3) -> u32 {
+        let axis = direction.abs().max_position();
+        self.extremes[if direction[axis] > 0.0 { axis } else { axis + 3 }]
+    }
+
+    fn farthest_of_all(&self, direction: DVec3) -> u32 {
+        let mut best = (f64::NEG_INFINITY, 0);
+        for (k, vertex) in self.vertices.iter().enumerate() {
+            let height = direction.dot(*vertex);
+            if height > best.0 {
+                best = (height, k as u32);
+            }
+        }
+        best.1
+    }
+
+    /// Goes to the highest neighbour until there is none higher; on a convex body, that is the top.
+    fn climb(&self, mut vertex: u32, direction: DVec3) -> u32 {
+        let mut height = direction.dot(self.vertices[vertex as usize]);
+        loop {
+            let mut best = vertex;
+            for &next in self.neighbours(vertex) {
+                let higher = direction.dot(self.vertices[next as usize]);
+                if higher > height {
+                    (height, best) = (higher, next);
+                }
+            }
+            if best == vertex {
+                return vertex;
+            }
+            vertex = best;
+        }
+    }
+
+    /// The depth of a point under the surface (m): its distance from the nearest plane of a face, negative outside.
+    pub fn depth(&self, point: DVec3) -> f64 {
+        self.faces.iter().map(|face| face.offset - face.normal.dot(point)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The same body turned by `rotation` and then shifted by `shift` (m). Its faces, edges and their order stay.
+    pub fn moved(&self, rotation: DMat3, shift: DVec3) -> Self {
+        let mut moved = self.clone();
+        for vertex in &mut moved.vertices {
+            *vertex = rotation * *vertex + shift;
+        }
+        moved.measure();
+        moved
+    }
+
+    /// Half the diagonal of the bounding box (m), which tolerances are fractions of.
+    pub fn size(&self) -> f64 {
+        size(&self.vertices)
+    }
+}
+
+/// Each edge once, from loops in which it occurs once in either direction; sorted.
+fn edges(loops: &[Vec<u32>]) -> Vec<Edge> {
+    let mut sides = Vec::new();
+    for (face, corners) in loops.iter().enumerate() {
+        for (k, &a) in corners.iter().enumerate() {
+            let b = corners[(k + 1) % corners.len()];
+            sides.push((a.min(b), a.max(b), a > b, face as u32));
+        }
+    }
+    sides.sort_unstable();
+    let edge =
+        |pair: &[(u32, u32, bool, u32)]| Edge { vertices: [pair[0].0, pair[0].1], faces: [pair[0].3, pair[1].3] };
+    sides.chunks_exact(2).map(edge).collect()
+}
+
+/// The vertices connected with each vertex: where they start, and all of them.
+fn neighbours(vertices: usize, edges: &[Edge]) -> (Vec<u32>, Vec<u32>) {
+    let mut pairs: Vec<[u32; 2]> = edges.iter().flat_map(|&Edge { vertices: [a, b], .. }| [[a, b], [b, a]]).collect();
+    pairs.sort_unstable();
+    let mut from = vec![0; vertices + 1];
+    pairs.iter().for_each(|&[a, _]| from[a as usize + 1] += 1);
+    for k in 0..vertices {
+        from[k + 1] += from[k];
+    }
+    (from, pairs.into_iter().map(|[_, b]| b).collect())
+}
+
+/// Refuses points that are no points, none, or too many.
+pub(super) fn check_points(points: &[DVec3]) -> Result<(), ShapeError> {
+    if points.is_empty() {
+        return Err(ShapeError::Empty { what: "points" });
+    }
+    if points.len() > MOST_POINTS {
+        return Err(ShapeError::TooManyPoints { count: points.len() });
+    }
+    for (vertex, &value) in points.iter().enumerate() {
+        if !value.is_finite() {
+            return Err(ShapeError::NotFinite { vertex, value });
+        }
+        if value.abs().max_element() > *SHAPE_LIMITS.end() {
+            return Err(ShapeError::TooFar { vertex, value });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses what is no length.
+pub(super) fn check_length(field: &'static str, value: f64) -> Result<(), ShapeError> {
+    if SHAPE_LIMITS.contains(&value) { Ok(()) } else { Err(ShapeError::Length { field, value }) }
+}
+
+/// The different points, by x, then y, then z.
+fn sorted(points: &[DVec3]) -> Vec<DVec3> {
+    // -0 + 0 is 0, so that the two zeros are one place.
+    let mut sorted: Vec<DVec3> = points.iter().map(|&point| point + DVec3::ZERO).collect();
+    sorted.sort_unstable_by(|p, q| p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(p.z.total_cmp(&q.z)));
+    sorted.dedup();
+    sorted
+}
+
+/// Half the diagonal of the bounding box (m).
+pub(super) fn size(points: &[DVec3]) -> f64 {
+    let low = points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    0.5 * (high - low).length()
+}
+
+pub(super) fn flat_error(flat: Flat, count: usize) -> ShapeError {
+    match flat {
+        Flat::Line => ShapeError::Collinear { count },
+        Flat::Plane(normal) => ShapeError::Coplanar { count, normal },
+    }
+}
+
+/// Refuses a hull that is thinner than [`THIN`]. Volume over surface is between a third of the in-radius and the in-radius.
+fn check_thickness(points: &[DVec3], hull: &Hull, size: f64) -> Result<(), ShapeError> {
+    let (mut volume, mut surface) = (Sum::default(), Sum::default());
+    for triangle in &hull.triangles {
+        let [a, b, c] = triangle.map(|k| points[k as usize]);
+        let area = twice_area(a, b, c);
+        volume.add(area.dot(a - points[0]) / 6.0);
+        surface.add(area.length() / 2.0);
+    }
+    let thickness = volume.value() / surface.value();
+    check_length("size", size)?;
+    if thickness >= THIN * size { Ok(()) } else { Err(ShapeError::TooThin { thickness, size }) }
+}
