@@ -58,11 +58,11 @@ pub const GROWN: f64 = 1.0 / (1u64 << 36) as f64;
 
 /// A polyhedron's vertices lie in one plane when they are within this fraction of its size (half the diagonal of its bounding
 /// box) of it (pure number, 6e-14: 256ε). That is room for the rounding of points that were computed and turned. Points are
-/// dropped, not moved: in [`FLATTENING_PASSES`] passes a body loses less than 5e-13 of its size, within what motion resolves.
+/// dropped, not moved; in [`FLATTENING_PASSES`] passes a body loses less than 7e-13 of its size, within what motion resolves.
 pub const COPLANAR: f64 = 256.0 * f64::EPSILON;
 
-/// See [`COPLANAR`] (a count). One pass is enough unless details are as fine as the tolerance; then the body is refused.
-pub const FLATTENING_PASSES: u32 = 8;
+/// See [`COPLANAR`] (a count). One pass is enough unless details are as fine as the tolerance; after the last they stay.
+pub const FLATTENING_PASSES: u32 = 6;
 
 /// The ratio of volume to surface (between a third of the in-radius and the in-radius) of a convex polyhedron is at least this
 /// fraction of its size (pure number, 1.5e-11). Thinner, its two sides could not be told apart by [`COPLANAR`].

@@ -234,12 +234,12 @@ impl fmt::Display for ShapeError {
             }
             Self::TooThin { thickness, size } => write!(
                 f,
-                "the body is too thin: its volume over its surface is {thickness:e} m, only {:e} of its size ({size:e} m)",
+                "the body is too thin: its volume over its surface is {thickness:.3e} m, only {:.3e} of its size ({size:.3e} m)",
                 thickness / size
             ),
             Self::TooFine { point, tolerance } => write!(
                 f,
-                "the surface near {point} has details as fine as the tolerance for faces to be flat ({tolerance:e} m); \
+                "the surface near {point} has details as fine as the tolerance for faces to be flat ({tolerance:.1e} m); \
                  leave out points that are so close"
             ),
             Self::NoSuchVertex { triangle, vertex, count } => {
@@ -273,12 +273,12 @@ impl fmt::Display for ShapeError {
             Self::ZeroVolume { volume } => write!(f, "the mesh bounds no volume ({volume:e} m³)"),
             Self::DentedVertex { vertex, depth, size } => write!(
                 f,
-                "the mesh is not convex: vertex {vertex} lies {depth:e} m ({:e} of the size) under its convex hull",
+                "the mesh is not convex: vertex {vertex} lies {depth:.3e} m ({:.3e} of the size) under its convex hull",
                 depth / size
             ),
             Self::DentedEdge { edge: [a, b], depth, size } => write!(
                 f,
-                "the mesh is not convex: the middle of edge {a}–{b} lies {depth:e} m ({:e} of the size) under its convex hull",
+                "the mesh is not convex: the middle of edge {a}–{b} lies {depth:.3e} m ({:.3e} of the size) under its convex hull",
                 depth / size
             ),
             Self::NotItsHull { volume, hull } => {

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::error::ShapeError;
 use super::exact::{twice_area, twice_polygon_area};
-use super::flatten::flatten;
+use super::flatten::{Uneven, flatten};
 use super::hull::{Flat, Hull, hull};
 use crate::ledger::Sum;
 use crate::tolerance::{COPLANAR, FLATTENING_PASSES, MOST_POINTS, SHAPE_LIMITS, THIN};
@@ -48,6 +48,15 @@ pub struct Polyhedron {
     extremes: [u32; 6],
 }
 
+/// A side of a face: an edge seen from the face.
+struct Side {
+    /// The ends of the edge, the smaller index first.
+    vertices: [u32; 2],
+    face: u32,
+    /// The corners of the face before and after the edge.
+    beside: [u32; 2],
+}
+
 /// Up to so many vertices, looking at all is faster than climbing from one to the next (a count).
 const FEW_VERTICES: usize = 32;
 
@@ -84,25 +93,31 @@ impl Polyhedron {
         Self::from_points(&corners)
     }
 
-    /// Drops points until every one left is a corner of at least three flat faces.
+    /// Drops points until every one left is a corner of at least three flat faces. If details are as fine as the tolerance, so that
+    /// this goes on, what is uneven then stays as triangles.
     pub(super) fn from_hull(mut points: Vec<DVec3>, mut triangles: Hull) -> Result<Self, ShapeError> {
         let size = size(&points);
         check_thickness(&points, &triangles, size)?;
         let tolerance = COPLANAR * size;
-        for _ in 0..FLATTENING_PASSES {
-            let flattened = flatten(&points, &triangles, tolerance);
+        let mut left_out = Vec::new();
+        for pass in 0..=FLATTENING_PASSES {
+            let uneven = if pass < FLATTENING_PASSES { Uneven::Drop } else { Uneven::Keep };
+            let flattened = flatten(&points, &triangles, tolerance, uneven);
             if flattened.dropped.is_empty() {
-                return Self::from_loops(points, flattened.loops, tolerance);
+                let body = Self::from_loops(points, flattened.loops);
+                return body.check_fineness(&left_out, tolerance).map(|()| body);
             }
-            let is_kept = |k: &usize| flattened.dropped.binary_search(&(*k as u32)).is_err();
-            points = (0..points.len()).filter(is_kept).map(|k| points[k]).collect();
+            let is_dropped = |k: usize| flattened.dropped.binary_search(&(k as u32)).is_ok();
+            let (out, kept): (Vec<_>, Vec<_>) = points.into_iter().enumerate().partition(|&(k, _)| is_dropped(k));
+            left_out.extend(out.into_iter().map(|(_, point)| point));
+            points = kept.into_iter().map(|(_, point)| point).collect();
             triangles = hull(&points).map_err(|flat| flat_error(flat, points.len()))?;
         }
         Err(ShapeError::TooFine { point: points[0], tolerance })
     }
 
     /// The polyhedron of these faces.
-    fn from_loops(vertices: Vec<DVec3>, mut loops: Vec<Vec<u32>>, tolerance: f64) -> Result<Self, ShapeError> {
+    fn from_loops(vertices: Vec<DVec3>, mut loops: Vec<Vec<u32>>) -> Self {
         for corners in &mut loops {
             let first = (0..corners.len()).min_by_key(|&k| corners[k]).unwrap_or(0);
             corners.rotate_left(first);
@@ -120,10 +135,7 @@ impl Polyhedron {
             extremes: [0; 6],
         };
         polyhedron.measure();
-        match polyhedron.sunken_corner(4.0 * tolerance) {
-            Some(corner) => Err(ShapeError::TooFine { point: polyhedron.vertices[corner as usize], tolerance }),
-            None => Ok(polyhedron),
-        }
+        polyhedron
     }
 
     /// Normals, offsets and extremes, from the vertices.
@@ -138,21 +150,47 @@ impl Polyhedron {
         self.extremes = axes.map(|axis| self.farthest_of_all(axis));
     }
 
-    /// A corner beside a face, above its plane by more than `tolerance` (m): faces as fine as the tolerance, badly merged.
-    fn sunken_corner(&self, tolerance: f64) -> Option<u32> {
-        let beside = |face: u32, edge: &Edge| {
-            let corners = &self.faces[face as usize].vertices;
-            let count = corners.len();
-            let on_edge = (0..count).filter(|&k| edge.vertices.contains(&corners[k])).collect::<Vec<_>>();
-            on_edge.into_iter().flat_map(move |k| [corners[(k + 1) % count], corners[(k + count - 1) % count]])
+    /// Refuses a body where merging went wrong because details are as fine as the tolerance: a corner next to a face is above its
+    /// plane by more than 4 times the tolerance (m), or a point that was left out by more than 12 times (twice in each pass).
+    fn check_fineness(&self, left_out: &[DVec3], tolerance: f64) -> Result<(), ShapeError> {
+        let too_high = |face: u32, point: DVec3, allowed: f64| {
+            if self.height_above(face, point) <= allowed {
+                return Ok(());
+            }
+            Err(ShapeError::TooFine { point, tolerance })
         };
-        self.edges.iter().find_map(|edge| {
-            let [left, right] = edge.faces;
-            [(left, right), (right, left)].into_iter().find_map(|(plane, other)| {
-                let Face { normal, offset, .. } = self.faces[plane as usize];
-                beside(other, edge).find(|&k| normal.dot(self.vertices[k as usize]) - offset > tolerance)
-            })
-        })
+        let mut sides = self.sides();
+        sides.sort_unstable_by_key(|side| side.vertices);
+        for pair in sides.chunks_exact(2) {
+            for (plane, other) in [(&pair[0], &pair[1]), (&pair[1], &pair[0])] {
+                for corner in other.beside {
+                    too_high(plane.face, self.vertices[corner as usize], 4.0 * tolerance)?;
+                }
+            }
+        }
+        for face in 0..self.faces.len() as u32 {
+            left_out.iter().try_for_each(|&point| too_high(face, point, 12.0 * tolerance))?;
+        }
+        Ok(())
+    }
+
+    /// The sides of all faces.
+    fn sides(&self) -> Vec<Side> {
+        let side = |face: usize, k: usize| {
+            let corners = &self.faces[face].vertices;
+            let at = |offset: usize| corners[(k + offset) % corners.len()];
+            let (a, b) = (at(1), at(2));
+            Side { vertices: [a.min(b), a.max(b)], face: face as u32, beside: [at(0), at(3)] }
+        };
+        let of_face = |face: usize| (0..self.faces[face].vertices.len()).map(move |k| side(face, k));
+        (0..self.faces.len()).flat_map(of_face).collect()
+    }
+
+    /// The height of a point above the plane of a face (m), negative inside. From a corner of the face, so that far from the origin
+    /// no digits are lost as they are in an offset.
+    pub fn height_above(&self, face: u32, point: DVec3) -> f64 {
+        let Face { normal, vertices, .. } = &self.faces[face as usize];
+        normal.dot(point - self.vertices[vertices[0] as usize])
     }
 
     /// The vertices connected with a vertex by an edge, sorted.
@@ -161,17 +199,20 @@ impl Polyhedron {
         &self.neighbours[from as usize..to as usize]
     }
 
-    /// The vertex farthest along `direction` (any length), to within rounding and, where faces were merged, [`COPLANAR`]. Of
-    /// several, always the same one.
-    pub fn support(&self, direction: DVec3) -> u32 {
-        if self.vertices.len() <= FEW_VERTICES {
-            return self.farthest_of_all(direction);
-        }
-        self.climb(self.start(direction), direction)
+    /// The point farthest along `direction` (any length): a vertex, see [`Self::support_vertex`].
+    pub fn support(&self, direction: DVec3) -> DVec3 {
+        self.vertices[self.support_vertex(direction) as usize]
     }
 
-    /// As [`Self::support`], climbing from a vertex that was the farthest a moment ago.
-    pub fn support_from(&self, vertex: u32, direction: DVec3) -> u32 {
+    /// The vertex farthest along `direction` (any length), to within rounding and, where faces were merged, [`COPLANAR`]. Of
+    /// several, always the same one.
+    pub fn support_vertex(&self, direction: DVec3) -> u32 {
+        self.support_vertex_from(self.start(direction), direction)
+    }
+
+    /// As [`Self::support_vertex`], climbing from a vertex, best one that was the farthest a moment ago. Of several that are
+    /// equally far, which one it is may depend on where the climb starts.
+    pub fn support_vertex_from(&self, vertex: u32, direction: DVec3) -> u32 {
         if self.vertices.len() <= FEW_VERTICES {
             return self.farthest_of_all(direction);
         }
@@ -215,17 +256,20 @@ impl Polyhedron {
 
     /// The depth of a point under the surface (m): its distance from the nearest plane of a face, negative outside.
     pub fn depth(&self, point: DVec3) -> f64 {
-        self.faces.iter().map(|face| face.offset - face.normal.dot(point)).fold(f64::INFINITY, f64::min)
+        (0..self.faces.len() as u32).map(|face| -self.height_above(face, point)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The same body turned by `rotation` and then shifted by `shift` (m). Its faces, edges and their order stay.
-    pub fn moved(&self, rotation: DMat3, shift: DVec3) -> Self {
-        let mut moved = self.clone();
-        for vertex in &mut moved.vertices {
-            *vertex = rotation * *vertex + shift;
+    /// The same body in the coordinates of a frame at `centre` (m), whose axes are the columns of `axes`. Its faces, edges and
+    /// their order stay.
+    pub fn seen_from(&self, centre: DVec3, axes: DMat3) -> Self {
+        let mut seen = self.clone();
+        let turn = axes.transpose();
+        for vertex in &mut seen.vertices {
+            // Zeros are positive, so that a frame that changes nothing changes no bit.
+            *vertex = turn * (*vertex - centre) + DVec3::ZERO;
         }
-        moved.measure();
-        moved
+        seen.measure();
+        seen
     }
 
     /// Half the diagonal of the bounding box (m), which tolerances are fractions of.
