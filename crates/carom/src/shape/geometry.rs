@@ -11,6 +11,11 @@ use super::principal::principal;
 use super::{Polyhedron, Shape};
 use crate::tolerance::{CENTRED, EQUAL_MOMENTS};
 
+const IDENTITY: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
+
+/// Coordinates may make moments this much coarser (pure number, 7e10), so that they are never taken for equal that differ by 1e-3.
+const COARSEST: f64 = (1u64 << 36) as f64;
+
 /// A shape in its principal frame: centre of mass at the origin, principal axes along x, y, z. The user's frame is the one in which
 /// the shape was given. Shapes that were given centred and along their principal axes are the same, bit by bit.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,14 +43,22 @@ impl BodyGeometry {
     /// As [`Shape::check`].
     pub fn new(shape: &Shape) -> Result<Self, ShapeError> {
         shape.check()?;
-        let mass = shape.mass_properties();
         let size = shape.bounds([1.0, 0.0, 0.0, 0.0]).half_diagonal();
-        let centre = if mass.centre.length() <= CENTRED * size { DVec3::ZERO } else { mass.centre };
+        let given = shape.mass_properties();
+        let far = given.centre.length();
+        let (shape, mass, centre) = if far <= CENTRED * size {
+            (shape.clone(), given, DVec3::ZERO)
+        } else {
+            // Far from the origin the centre is a rounded number. Seen from it, what is left is small and has all digits.
+            let near = seen_from(shape, given.centre, DMat3::IDENTITY, IDENTITY);
+            let mass = near.mass_properties();
+            (seen_from(&near, mass.centre, DMat3::IDENTITY, IDENTITY), mass, given.centre + mass.centre)
+        };
         let largest = mass.inertia.x_axis.x.max(mass.inertia.y_axis.y).max(mass.inertia.z_axis.z);
-        let coarser = ((mass.centre.length() + size) / size).min(1.0 / EQUAL_MOMENTS);
+        let coarser = ((far + size) / size).min(COARSEST);
         let found = principal(mass.inertia, EQUAL_MOMENTS * coarser * largest);
         let orientation = quaternion(found.axes);
-        let shape = seen_from(shape, centre, found.axes, orientation);
+        let shape = seen_from(&shape, DVec3::ZERO, found.axes, orientation);
         Ok(Self {
             radius: shape.radius(),
             in_radius: shape.in_radius(),

@@ -41,7 +41,7 @@ pub struct Polyhedron {
     pub edges: Vec<Edge>,
     /// Largest distance of a vertex from the origin (m).
     pub radius: f64,
-    /// The vertices connected with vertex k are `neighbours[neighbours_from[k]..neighbours_from[k + 1]]`, sorted.
+    /// The neighbours of vertex k are `neighbours[neighbours_from[k]..neighbours_from[k + 1]]`, sorted.
     neighbours_from: Vec<u32>,
     neighbours: Vec<u32>,
     /// The vertices farthest along x, y, z and −x, −y, −z.
@@ -104,7 +104,7 @@ impl Polyhedron {
             let uneven = if pass < FLATTENING_PASSES { Uneven::Drop } else { Uneven::Keep };
             let flattened = flatten(&points, &triangles, tolerance, uneven);
             if flattened.dropped.is_empty() {
-                let body = Self::from_loops(points, flattened.loops);
+                let body = Self::from_loops(points, flattened.loops, &triangles.triangles);
                 return body.check_fineness(&left_out, tolerance).map(|()| body);
             }
             let is_dropped = |k: usize| flattened.dropped.binary_search(&(k as u32)).is_ok();
@@ -116,15 +116,15 @@ impl Polyhedron {
         Err(ShapeError::TooFine { point: points[0], tolerance })
     }
 
-    /// The polyhedron of these faces.
-    fn from_loops(vertices: Vec<DVec3>, mut loops: Vec<Vec<u32>>) -> Self {
+    /// The polyhedron of these faces, which were merged from triangles.
+    fn from_loops(vertices: Vec<DVec3>, mut loops: Vec<Vec<u32>>, triangles: &[[u32; 3]]) -> Self {
         for corners in &mut loops {
             let first = (0..corners.len()).min_by_key(|&k| corners[k]).unwrap_or(0);
             corners.rotate_left(first);
         }
         loops.sort();
         let edges = edges(&loops);
-        let (neighbours_from, neighbours) = neighbours(vertices.len(), &edges);
+        let (neighbours_from, neighbours) = neighbours(vertices.len(), triangles);
         let mut polyhedron = Self {
             faces: loops.into_iter().map(|vertices| Face { normal: DVec3::ZERO, offset: 0.0, vertices }).collect(),
             vertices,
@@ -193,7 +193,8 @@ impl Polyhedron {
         normal.dot(point - self.vertices[vertices[0] as usize])
     }
 
-    /// The vertices connected with a vertex by an edge, sorted.
+    /// The vertices connected with a vertex by an edge or by a diagonal along which a face was divided, sorted. Of these triangles the
+    /// body is exactly convex, so that climbing from neighbour to neighbour leads to the top, however fine its details are.
     pub fn neighbours(&self, vertex: u32) -> &[u32] {
         let (from, to) = (self.neighbours_from[vertex as usize], self.neighbours_from[vertex as usize + 1]);
         &self.neighbours[from as usize..to as usize]
@@ -204,8 +205,7 @@ impl Polyhedron {
         self.vertices[self.support_vertex(direction) as usize]
     }
 
-    /// The vertex farthest along `direction` (any length), to within rounding and, where faces were merged, [`COPLANAR`]. Of
-    /// several, always the same one.
+    /// The vertex farthest along `direction` (any length), to within rounding. Of several, always the same one.
     pub fn support_vertex(&self, direction: DVec3) -> u32 {
         self.support_vertex_from(self.start(direction), direction)
     }
@@ -236,22 +236,25 @@ impl Polyhedron {
         best.1
     }
 
-    /// Goes to the highest neighbour until there is none higher; on a convex body, that is the top.
+    /// Goes to the highest neighbour until there is none higher; on a convex body, that is the top. Rises are taken along edges, not
+    /// as differences of heights, which would be lost in rounding where edges are short.
     fn climb(&self, mut vertex: u32, direction: DVec3) -> u32 {
-        let mut height = direction.dot(self.vertices[vertex as usize]);
-        loop {
-            let mut best = vertex;
+        // It takes far fewer steps; the bound is for a direction in which rounding makes everything equally high.
+        for _ in 0..self.vertices.len() {
+            let here = self.vertices[vertex as usize];
+            let mut best = (0.0, vertex);
             for &next in self.neighbours(vertex) {
-                let higher = direction.dot(self.vertices[next as usize]);
-                if higher > height {
-                    (height, best) = (higher, next);
+                let rise = direction.dot(self.vertices[next as usize] - here);
+                if rise > best.0 {
+                    best = (rise, next);
                 }
             }
-            if best == vertex {
-                return vertex;
+            if best.1 == vertex {
+                break;
             }
-            vertex = best;
+            vertex = best.1;
         }
+        vertex
     }
 
     /// The depth of a point under the surface (m): its distance from the nearest plane of a face, negative outside.
@@ -293,9 +296,10 @@ fn edges(loops: &[Vec<u32>]) -> Vec<Edge> {
     sides.chunks_exact(2).map(edge).collect()
 }
 
-/// The vertices connected with each vertex: where they start, and all of them.
-fn neighbours(vertices: usize, edges: &[Edge]) -> (Vec<u32>, Vec<u32>) {
-    let mut pairs: Vec<[u32; 2]> = edges.iter().flat_map(|&Edge { vertices: [a, b], .. }| [[a, b], [b, a]]).collect();
+/// The vertices connected with each vertex by a side of a triangle of a closed surface: where they start, and all of them.
+fn neighbours(vertices: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
+    // Each side is in two triangles, once in either direction.
+    let mut pairs: Vec<[u32; 2]> = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
     pairs.sort_unstable();
     let mut from = vec![0; vertices + 1];
     pairs.iter().for_each(|&[a, _]| from[a as usize + 1] += 1);
