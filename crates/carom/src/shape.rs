@@ -1,7 +1,7 @@
 //! The geometry of bodies that turn: shapes, their farthest points, and their mass.
 //!
-//! A [`Shape`] is given in the user's frame. [`BodyGeometry`] has it in its principal frame, with its moments of inertia and the
-//! way back. Fixed surroundings are a [`TriangleMesh`].
+//! A [`Shape`] is given in the user's frame. [`BodyGeometry`] has it in its principal frame, with its moments of
+//! inertia and the way back. Fixed surroundings are a [`TriangleMesh`].
 
 mod bounding_tree;
 mod bounds;
@@ -81,8 +81,8 @@ impl Shape {
     /// Checks the lengths of a shape.
     ///
     /// # Errors
-    /// A length that is not positive and finite or is outside [`SHAPE_LIMITS`](crate::tolerance::SHAPE_LIMITS). Polyhedra and
-    /// compounds were checked when they were made.
+    /// A length that is not positive and finite or is outside [`SHAPE_LIMITS`](crate::tolerance::SHAPE_LIMITS).
+    /// Polyhedra and compounds were checked when they were made.
     pub fn check(&self) -> Result<(), ShapeError> {
         match *self {
             Self::Ball { radius } => check_length("radius", radius),
@@ -97,7 +97,8 @@ impl Shape {
         }
     }
 
-    /// The point of the body (m) farthest along `direction` (any length but 0), to rounding. Of several, always the same one.
+    /// The point of the body (m) farthest along `direction` (any length but 0), to rounding. Of several, always the
+    /// same one.
     pub fn support(&self, direction: DVec3) -> DVec3 {
         match self {
             Self::Ball { radius } => *radius * unit_or_zero(direction),
@@ -117,8 +118,8 @@ impl Shape {
         }
     }
 
-    /// Largest distance of a point of the body from the origin (m), the centre of mass in the principal frame. For an ellipsoid in a
-    /// compound it is an upper bound: the distance of its centre plus its longest semi-axis.
+    /// Largest distance of a point of the body from the origin (m), the centre of mass in the principal frame. For an
+    /// ellipsoid in a compound it is an upper bound: the distance of its centre plus its longest semi-axis.
     pub fn radius(&self) -> f64 {
         match self {
             Self::Polyhedron(body) => body.radius,
@@ -146,14 +147,14 @@ impl Shape {
         }
     }
 
-    /// Radius of a ball about the origin that is within the body (m), the largest but in a compound, where it is the largest within
-    /// one of its parts; 0 if the origin is outside.
+    /// Radius of a ball about the origin that is within the body (m), the largest but in a compound, where it is the
+    /// largest within one of its parts; 0 if the origin is outside.
     pub fn in_radius(&self) -> f64 {
         self.depth(DVec3::ZERO).max(0.0)
     }
 
-    /// The radius of a ball about `point` that is within the body (m); negative outside. The largest, but for an ellipsoid away from
-    /// its centre and for a compound (see [`Self::in_radius`]), where it is a lower bound.
+    /// The radius of a ball about `point` that is within the body (m); negative outside. The largest, but for an
+    /// ellipsoid away from its centre and for a compound (see [`Self::in_radius`]), where it is a lower bound.
     pub fn depth(&self, point: DVec3) -> f64 {
         match self {
             Self::Ball { radius } => radius - point.length(),
@@ -176,7 +177,8 @@ impl Shape {
         }
     }
 
-    /// The box along the world's axes around the body at the origin (m), turned by a unit quaternion (w, x, y, z), to rounding.
+    /// The box along the world's axes around the body at the origin (m), turned by a unit quaternion (w, x, y, z), to
+    /// rounding.
     pub fn bounds(&self, orientation: [f64; 4]) -> Bounds {
         let turn = compound::axes(orientation);
         let reach = |axis: DVec3| {
@@ -187,8 +189,8 @@ impl Shape {
         Bounds { low: -all(-1.0), high: all(1.0) }
     }
 
-    /// Volume, centre of mass and inertia for a density of 1, in this frame. Of a compound it is the sum of its parts; where they
-    /// overlap, mass counts twice.
+    /// Volume, centre of mass and inertia for a density of 1, in this frame. Of a compound it is the sum of its parts;
+    /// where they overlap, mass counts twice.
     pub fn mass_properties(&self) -> MassProperties {
         match self {
             Self::Ball { radius } => MassProperties::ball(*radius),

@@ -8,8 +8,8 @@ const LEAF: usize = 4;
 #[derive(Clone, Debug, PartialEq)]
 struct Node {
     bounds: Bounds,
-    /// Of a leaf: where its things start and how many there are. Else, with a count of 0: its second child; the first is the next
-    /// node.
+    /// Of a leaf: where its things start and how many there are. Else, with a count of 0: its second child; the first
+    /// is the next node.
     start: u32,
     count: u32,
 }

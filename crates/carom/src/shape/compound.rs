@@ -36,8 +36,8 @@ impl Compound {
     /// Checks the parts; their orientations are normalised.
     ///
     /// # Errors
-    /// No parts, a part that is a compound or whose shape is refused, a position that is not finite, an orientation that is not a
-    /// unit quaternion.
+    /// No parts, a part that is a compound or whose shape is refused, a position that is not finite, an orientation
+    /// that is not a unit quaternion.
     pub fn new(mut parts: Vec<Part>) -> Result<Self, ShapeError> {
         if parts.is_empty() {
             return Err(ShapeError::Empty { what: "parts" });

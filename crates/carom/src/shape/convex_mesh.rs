@@ -13,14 +13,14 @@ use crate::tolerance::CONVEX;
 const DENTS_MEASURED: usize = 1000;
 
 impl Polyhedron {
-    /// The convex body that a closed mesh bounds: vertices (m) and triangles, counter-clockwise seen from outside. Vertices at the
-    /// same place are one; vertices of no triangle are ignored. The body is the hull of the vertices, from which the mesh may
-    /// deviate by [`CONVEX`] of its size.
+    /// The convex body that a closed mesh bounds: vertices (m) and triangles, counter-clockwise seen from outside.
+    /// Vertices at the same place are one; vertices of no triangle are ignored. The body is the hull of the vertices,
+    /// from which the mesh may deviate by [`CONVEX`] of its size.
     ///
     /// # Errors
-    /// A mesh that is empty or too large, with coordinates that are not finite, with triangles that name vertices that do not exist
-    /// or have no area, that is open, inconsistently oriented, in pieces, inside out, flat, or not convex; and those of
-    /// [`Polyhedron::from_points`]. Vertices and triangles are named by their indices.
+    /// A mesh that is empty or too large, with coordinates that are not finite, with triangles that name vertices that
+    /// do not exist or have no area, that is open, inconsistently oriented, in pieces, inside out, flat, or not convex;
+    /// and those of [`Polyhedron::from_points`]. Vertices and triangles are named by their indices.
     pub fn from_mesh(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<Self, ShapeError> {
         let surface = Surface::new(vertices, triangles)?;
         surface.check_closed()?;
@@ -54,8 +54,8 @@ fn hull_volume(hull: &Polyhedron) -> f64 {
     volume(triangles.map(|corners| corners.map(|k| hull.vertices[k as usize])), hull.vertices[0])
 }
 
-/// The volume that a layer of [`CONVEX`] of the size around the hull would have (m³), by a surface that cannot be larger than that
-/// of the ball around it.
+/// The volume that a layer of [`CONVEX`] of the size around the hull would have (m³), by a surface that cannot be
+/// larger than that of the ball around it.
 fn least_volume(hull: &Polyhedron) -> f64 {
     let size = hull.size();
     4.0 * std::f64::consts::PI * size * size * (CONVEX * size)

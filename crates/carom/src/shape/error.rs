@@ -278,7 +278,8 @@ impl fmt::Display for ShapeError {
             ),
             Self::DentedEdge { edge: [a, b], depth, size } => write!(
                 f,
-                "the mesh is not convex: the middle of edge {a}–{b} lies {depth:.3e} m ({:.3e} of the size) under its convex hull",
+                "the mesh is not convex: the middle of edge {a}–{b} lies {depth:.3e} m ({:.3e} of the size) under its convex \
+                 hull",
                 depth / size
             ),
             Self::NotItsHull { volume, hull } => {

@@ -65,8 +65,8 @@ fn minus(x: Pair, y: Pair) -> f64 {
     s.high + (s.low + (x.low - y.low))
 }
 
-/// (b − a) × (c − a), twice the area of a triangle along its normal (m²), right to rounding of the result however thin the
-/// triangle is: differences are exact, products kept in two numbers.
+/// (b − a) × (c − a), twice the area of a triangle along its normal (m²), right to rounding of the result however thin
+/// the triangle is: differences are exact, products kept in two numbers.
 pub(super) fn twice_area(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
     let difference = |u: DVec3, v: DVec3| [sum(u.x, -v.x), sum(u.y, -v.y), sum(u.z, -v.z)];
     let (p, q) = (difference(b, a), difference(c, a));

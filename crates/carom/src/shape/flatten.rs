@@ -25,8 +25,8 @@ pub(super) enum Uneven {
 
 const NONE: u32 = u32::MAX;
 
-/// A face is refitted to its triangles at most so often (a count). It converges in two or three: the largest triangle has a
-/// good normal already.
+/// A face is refitted to its triangles at most so often (a count). It converges in two or three: the largest triangle
+/// has a good normal already.
 const REFITS: usize = 8;
 
 /// The points with normal·(x − point) = height.
@@ -46,8 +46,8 @@ struct Flattener<'a> {
     is_taken: Vec<bool>,
 }
 
-/// Merges the triangles of a hull whose corners lie within `tolerance` (m) of a plane, from the largest triangle on. A patch
-/// that is no disc, as the rim around a dome as low as the tolerance, stays as it is.
+/// Merges the triangles of a hull whose corners lie within `tolerance` (m) of a plane, from the largest triangle on. A
+/// patch that is no disc, as the rim around a dome as low as the tolerance, stays as it is.
 pub(super) fn flatten(points: &[DVec3], hull: &Hull, tolerance: f64, uneven: Uneven) -> Flattened {
     let corners = |triangle: &[u32; 3]| triangle.map(|k| points[k as usize]);
     let areas: Vec<DVec3> = hull.triangles.iter().map(corners).map(|[a, b, c]| twice_area(a, b, c)).collect();
@@ -93,14 +93,15 @@ impl Flattener<'_> {
         patch.iter().map(|&k| (vec![k], self.hull.triangles[k as usize].to_vec())).collect()
     }
 
-    /// Heights of the corners of a triangle above a plane. From a point of the plane, so that far from the origin no digits are lost.
+    /// Heights of the corners of a triangle above a plane. From a point of the plane, so that far from the origin no
+    /// digits are lost.
     fn heights(&self, triangle: u32, plane: &Plane) -> [f64; 3] {
         let height = |k: u32| plane.normal.dot(self.points[k as usize] - plane.point) - plane.height;
         self.hull.triangles[triangle as usize].map(height)
     }
 
-    /// The free triangles around `seed` that lie in one plane with it. The plane is fitted to them (normal by area, half-way
-    /// between the highest and the lowest corner), and they are looked for again, until they stay the same.
+    /// The free triangles around `seed` that lie in one plane with it. The plane is fitted to them (normal by area,
+    /// half-way between the highest and the lowest corner), and they are looked for again, until they stay the same.
     fn grow(&self, seed: u32) -> Vec<u32> {
         let point = self.points[self.hull.triangles[seed as usize][0] as usize];
         let mut plane = Plane { normal: self.areas[seed as usize].normalize(), point, height: 0.0 };
@@ -146,7 +147,8 @@ impl Flattener<'_> {
         patch
     }
 
-    /// The one loop around a patch; `None` if it has none or several. `next` is scratch, NONE everywhere before and after.
+    /// The one loop around a patch; `None` if it has none or several. `next` is scratch, NONE everywhere before and
+    /// after.
     fn boundary(&self, patch: &[u32], next: &mut [u32]) -> Option<Vec<u32>> {
         let inside: std::collections::BTreeSet<u32> = patch.iter().copied().collect();
         let mut edges = Vec::new();

@@ -1,5 +1,5 @@
-//! What a simulation needs to know of a body's shape: the shape along its principal axes, its inertia, and the way back to the frame
-//! in which the user gave it.
+//! What a simulation needs to know of a body's shape: the shape along its principal axes, its inertia, and the way back
+//! to the frame in which the user gave it.
 
 use std::sync::Arc;
 
@@ -9,15 +9,13 @@ use super::compound::{axes, conjugate, product, quaternion, unit};
 use super::error::ShapeError;
 use super::principal::principal;
 use super::{Polyhedron, Shape};
-use crate::tolerance::{CENTRED, EQUAL_MOMENTS};
+use crate::tolerance::{CENTRED, COARSEST_MOMENTS, EQUAL_MOMENTS};
 
 const IDENTITY: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
-/// Coordinates may make moments this much coarser (pure number, 7e10), so that they are never taken for equal that differ by 1e-3.
-const COARSEST: f64 = (1u64 << 36) as f64;
-
-/// A shape in its principal frame: centre of mass at the origin, principal axes along x, y, z. The user's frame is the one in which
-/// the shape was given. Shapes that were given centred and along their principal axes are the same, bit by bit.
+/// A shape in its principal frame: centre of mass at the origin, principal axes along x, y, z. The user's frame is the
+/// one in which the shape was given. Shapes that were given centred and along their principal axes are the same, bit by
+/// bit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyGeometry {
     /// The shape in the principal frame.
@@ -55,7 +53,7 @@ impl BodyGeometry {
             (seen_from(&near, mass.centre, DMat3::IDENTITY, IDENTITY), mass, given.centre + mass.centre)
         };
         let largest = mass.inertia.x_axis.x.max(mass.inertia.y_axis.y).max(mass.inertia.z_axis.z);
-        let coarser = ((far + size) / size).min(COARSEST);
+        let coarser = ((far + size) / size).min(COARSEST_MOMENTS);
         let found = principal(mass.inertia, EQUAL_MOMENTS * coarser * largest);
         let orientation = quaternion(found.axes);
         let shape = seen_from(&shape, DVec3::ZERO, found.axes, orientation);
@@ -87,8 +85,8 @@ impl BodyGeometry {
         Ok(self.gyration * amount("mass", mass)?)
     }
 
-    /// Where the principal frame is and how it is turned when the user's frame is at `position` (m), turned by `orientation` (w, x,
-    /// y, z): the position of the centre of mass, and the orientation of the principal axes.
+    /// Where the principal frame is and how it is turned when the user's frame is at `position` (m), turned by
+    /// `orientation` (w, x, y, z): the position of the centre of mass, and the orientation of the principal axes.
     ///
     /// # Errors
     /// An orientation that is not a unit quaternion.
@@ -98,15 +96,15 @@ impl BodyGeometry {
         Ok((centre, product(orientation, self.orientation)))
     }
 
-    /// Where the user's frame is and how it is turned when the centre of mass is at `position` (m) and the principal axes are turned
-    /// by `orientation` (w, x, y, z).
+    /// Where the user's frame is and how it is turned when the centre of mass is at `position` (m) and the principal
+    /// axes are turned by `orientation` (w, x, y, z).
     pub fn to_users(&self, position: DVec3, orientation: [f64; 4]) -> (DVec3, [f64; 4]) {
         let orientation = product(orientation, conjugate(self.orientation));
         (position - axes(orientation) * self.centre, orientation)
     }
 
-    /// The velocity of the centre of mass (m/s) when the user's origin, fixed to the body, has `velocity` (m/s) and the body turns at
-    /// `angular_velocity` (rad/s, world axes): v + ω × R c.
+    /// The velocity of the centre of mass (m/s) when the user's origin, fixed to the body, has `velocity` (m/s) and the
+    /// body turns at `angular_velocity` (rad/s, world axes): v + ω × R c.
     pub fn velocity_of_centre(&self, velocity: DVec3, angular_velocity: DVec3, orientation: [f64; 4]) -> DVec3 {
         velocity + angular_velocity.cross(axes(orientation) * self.centre)
     }

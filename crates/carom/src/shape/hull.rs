@@ -1,10 +1,10 @@
 //! The convex hull of points, with exact topology.
 //!
-//! Points are added one by one, each the farthest above some facet (quickhull: Barber, Dobkin, Huhdanpaa, ACM Trans. Math.
-//! Softw. 22 (1996) 469). Whether a point is above a facet is decided by the exact sign of a determinant, so the result is
-//! the hull of these very numbers, whatever is coplanar, collinear or nearly so. A point exactly in the plane of a facet is
-//! not above it: the facets that a point sees are then one patch with one horizon, and no new facet is degenerate (a horizon
-//! edge in line with the point would lie in the plane of a facet that the point sees).
+//! Points are added one by one, each the farthest above some facet (quickhull: Barber, Dobkin, Huhdanpaa, ACM Trans.
+//! Math. Softw. 22 (1996) 469). Whether a point is above a facet is decided by the exact sign of a determinant, so the
+//! result is the hull of these very numbers, whatever is coplanar, collinear or nearly so. A point exactly in the plane
+//! of a facet is not above it: the facets that a point sees are then one patch with one horizon, and no new facet is
+//! degenerate (a horizon edge in line with the point would lie in the plane of a facet that the point sees).
 
 use glam::DVec3;
 
@@ -16,6 +16,25 @@ pub(super) struct Hull {
     pub triangles: Vec<[u32; 3]>,
     /// The triangles across the edges 0–1, 1–2 and 2–0.
     pub neighbours: Vec<[u32; 3]>,
+}
+
+impl Hull {
+    /// The points that are corners, in their order, and the hull in terms of these.
+    pub fn with_corners_only(mut self, points: &[DVec3]) -> (Vec<DVec3>, Self) {
+        let mut number = vec![NONE; points.len()];
+        self.triangles.iter().flatten().for_each(|&k| number[k as usize] = 0);
+        let mut corners = Vec::new();
+        for (number, &point) in number.iter_mut().zip(points) {
+            if *number != NONE {
+                *number = corners.len() as u32;
+                corners.push(point);
+            }
+        }
+        for vertex in self.triangles.iter_mut().flatten() {
+            *vertex = number[*vertex as usize];
+        }
+        (corners, self)
+    }
 }
 
 /// Points that have no hull in space.
@@ -78,8 +97,8 @@ pub(super) fn hull(points: &[DVec3]) -> Result<Hull, Flat> {
     Ok(builder.finish())
 }
 
-/// The points times a power of two, the largest coordinate then being about 1; what is smaller than 2^-200 becomes 0, so that
-/// no product of three coordinates, nor what rounding leaves of it, can underflow.
+/// The points times a power of two, the largest coordinate then being about 1; what is smaller than 2^-200 becomes 0,
+/// so that no product of three coordinates, nor what rounding leaves of it, can underflow.
 fn scaled(points: &[DVec3]) -> Vec<DVec3> {
     let largest = points.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     let factor = libm::exp2(-libm::floor(libm::log2(largest)));
@@ -133,8 +152,9 @@ impl Builder {
         side(a, b, c, self.points[point as usize]) > 0.0
     }
 
-    /// Puts each point on the list of the first of the newest facets (from `first` on) that it is above. A point that is above
-    /// none of them is inside the hull: the way out to it, from the middle of a facet that it was above, leaves through one.
+    /// Puts each point on the list of the first of the newest facets (from `first` on) that it is above. A point that
+    /// is above none of them is inside the hull: the way out to it, from the middle of a facet that it was above,
+    /// leaves through one.
     fn hand_out(&mut self, points: Vec<u32>, first: usize) {
         for point in points {
             if let Some(facet) = (first as u32..self.facets.len() as u32).find(|&facet| self.is_above(facet, point)) {

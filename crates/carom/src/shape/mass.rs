@@ -56,9 +56,10 @@ impl MassProperties {
         Self::centred(volume, DVec3::new(across, across, along) / volume)
     }
 
-    /// A polyhedron, by the tetrahedra between its faces and a point inside (Blow and Binstock, "How to find the inertia tensor
-    /// of a 3D solid body", 2004; the same integrals as Mirtich, J. Graphics Tools 1 (1996) 31). Seen from inside a convex body
-    /// all of them are positive, so that nothing cancels, however far from the origin the body is.
+    /// A polyhedron, by the tetrahedra between its faces and a point inside (Blow and Binstock, "How to find the
+    /// inertia tensor of a 3D solid body", 2004; the same integrals as Mirtich, J. Graphics Tools 1 (1996) 31). Seen
+    /// from inside a convex body all of them are positive, so that nothing cancels, however far from the origin the
+    /// body is.
     pub fn polyhedron(body: &Polyhedron) -> Self {
         let middle = Bounds::around(body.vertices.iter().copied()).middle();
         // The first time roughly, to have the centre of mass itself as the point inside.
@@ -71,8 +72,8 @@ impl MassProperties {
         Self { volume, centre: inside + shift, inertia: inertia_from(covariance) }
     }
 
-    /// Several bodies together, each with its frame (position (m), and axes as columns) in the common one, by the theorem of
-    /// parallel axes. Where they overlap, mass counts twice: the sum is of the parts as they are given.
+    /// Several bodies together, each with its frame (position (m), and axes as columns) in the common one, by the
+    /// theorem of parallel axes. Where they overlap, mass counts twice: the sum is of the parts as they are given.
     pub fn together(parts: &[(Self, DVec3, DMat3)]) -> Self {
         let (mut volume, mut first) = (Sum::default(), [Sum::default(); 3]);
         // From the first part's position, so that no digits are lost far from the origin.
@@ -120,8 +121,8 @@ impl Moments {
         moments
     }
 
-    /// A tetrahedron with one corner at the point: ∫ dV = d/6, ∫ x dV = d s/24, ∫ x xᵀ dV = d (a aᵀ + b bᵀ + c cᵀ + s sᵀ)/120,
-    /// where s = a + b + c.
+    /// A tetrahedron with one corner at the point: ∫ dV = d/6, ∫ x dV = d s/24, ∫ x xᵀ dV = d (a aᵀ + b bᵀ + c cᵀ + s
+    /// sᵀ)/120, where s = a + b + c.
     fn add(&mut self, d: f64, [a, b, c]: [DVec3; 3]) {
         let s = a + b + c;
         self.volume.add(d / 6.0);
@@ -148,8 +149,8 @@ fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
-/// The inertia tensor tr(C) − C of a mass distribution with second moments C = ∫ x xᵀ dm. The sums of two are taken one by one, not
-/// as a trace less the third, which would cancel for needles.
+/// The inertia tensor tr(C) − C of a mass distribution with second moments C = ∫ x xᵀ dm. The sums of two are taken one
+/// by one, not as a trace less the third, which would cancel for needles.
 fn inertia_from(covariance: DMat3) -> DMat3 {
     let c = covariance.to_cols_array_2d();
     let moments = DVec3::new(c[1][1] + c[2][2], c[2][2] + c[0][0], c[0][0] + c[1][1]);

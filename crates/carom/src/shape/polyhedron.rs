@@ -29,8 +29,9 @@ pub struct Edge {
     pub faces: [u32; 2],
 }
 
-/// A convex polyhedron: the hull of its vertices. Faces and edges are those of the exact hull but for triangles that lie in one
-/// plane to within [`COPLANAR`] of the size, which are one face. Its numbers do not depend on the order in which it was given.
+/// A convex polyhedron: the hull of its vertices. Faces and edges are those of the exact hull but for triangles that
+/// lie in one plane to within [`COPLANAR`] of the size, which are one face. Its numbers do not depend on the order in
+/// which it was given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polyhedron {
     /// Corners (m), each of at least three faces.
@@ -61,19 +62,19 @@ struct Side {
 const FEW_VERTICES: usize = 32;
 
 impl Polyhedron {
-    /// The convex hull of points (m), given in any order, repeated or not. Points inside it, inside a face or on an edge are
-    /// left out.
+    /// The convex hull of points (m), given in any order, repeated or not. Points inside it, inside a face or on an
+    /// edge are left out.
     ///
     /// # Errors
-    /// Fewer than 4 different points, too many, infinite or NaN, all on a line or in a plane; a body thinner than [`THIN`], or
-    /// with details as fine as [`COPLANAR`].
+    /// Fewer than 4 different points, too many, infinite or NaN, all on a line or in a plane; a body thinner than
+    /// [`THIN`], or with details as fine as [`COPLANAR`].
     pub fn from_points(points: &[DVec3]) -> Result<Self, ShapeError> {
         check_points(points)?;
         let points = sorted(points);
         if points.len() < 4 {
             return Err(ShapeError::TooFewPoints { count: points.len() });
         }
-        let triangles = hull(&points).map_err(|flat| flat_error(flat, points.len()))?;
+        let (points, triangles) = corners_of_hull(&points)?;
         Self::from_hull(points, triangles)
     }
 
@@ -93,9 +94,9 @@ impl Polyhedron {
         Self::from_points(&corners)
     }
 
-    /// Drops points until every one left is a corner of at least three flat faces. If details are as fine as the tolerance, so that
-    /// this goes on, what is uneven then stays as triangles.
-    pub(super) fn from_hull(mut points: Vec<DVec3>, mut triangles: Hull) -> Result<Self, ShapeError> {
+    /// Drops points until every one left is a corner of at least three flat faces. If details are as fine as the
+    /// tolerance, so that this goes on, what is uneven then stays as triangles.
+    fn from_hull(mut points: Vec<DVec3>, mut triangles: Hull) -> Result<Self, ShapeError> {
         let size = size(&points);
         check_thickness(&points, &triangles, size)?;
         let tolerance = COPLANAR * size;
@@ -110,8 +111,8 @@ impl Polyhedron {
             let is_dropped = |k: usize| flattened.dropped.binary_search(&(k as u32)).is_ok();
             let (out, kept): (Vec<_>, Vec<_>) = points.into_iter().enumerate().partition(|&(k, _)| is_dropped(k));
             left_out.extend(out.into_iter().map(|(_, point)| point));
-            points = kept.into_iter().map(|(_, point)| point).collect();
-            triangles = hull(&points).map_err(|flat| flat_error(flat, points.len()))?;
+            let kept: Vec<DVec3> = kept.into_iter().map(|(_, point)| point).collect();
+            (points, triangles) = corners_of_hull(&kept)?;
         }
         Err(ShapeError::TooFine { point: points[0], tolerance })
     }
@@ -150,8 +151,9 @@ impl Polyhedron {
         self.extremes = axes.map(|axis| self.farthest_of_all(axis));
     }
 
-    /// Refuses a body where merging went wrong because details are as fine as the tolerance: a corner next to a face is above its
-    /// plane by more than 4 times the tolerance (m), or a point that was left out by more than 12 times (twice in each pass).
+    /// Refuses a body where merging went wrong because details are as fine as the tolerance: a corner next to a face is
+    /// above its plane by more than 4 times the tolerance (m), or a point that was left out by more than 12 times
+    /// (twice in each pass).
     fn check_fineness(&self, left_out: &[DVec3], tolerance: f64) -> Result<(), ShapeError> {
         let too_high = |face: u32, point: DVec3, allowed: f64| {
             if self.height_above(face, point) <= allowed {
@@ -186,15 +188,16 @@ impl Polyhedron {
         (0..self.faces.len()).flat_map(of_face).collect()
     }
 
-    /// The height of a point above the plane of a face (m), negative inside. From a corner of the face, so that far from the origin
-    /// no digits are lost as they are in an offset.
+    /// The height of a point above the plane of a face (m), negative inside. From a corner of the face, so that far
+    /// from the origin no digits are lost as they are in an offset.
     pub fn height_above(&self, face: u32, point: DVec3) -> f64 {
         let Face { normal, vertices, .. } = &self.faces[face as usize];
         normal.dot(point - self.vertices[vertices[0] as usize])
     }
 
-    /// The vertices connected with a vertex by an edge or by a diagonal along which a face was divided, sorted. Of these triangles the
-    /// body is exactly convex, so that climbing from neighbour to neighbour leads to the top, however fine its details are.
+    /// The vertices connected with a vertex by an edge or by a diagonal along which a face was divided, sorted. Of
+    /// these triangles the body is exactly convex, so that climbing from neighbour to neighbour leads to the top,
+    /// however fine its details are.
     pub fn neighbours(&self, vertex: u32) -> &[u32] {
         let (from, to) = (self.neighbours_from[vertex as usize], self.neighbours_from[vertex as usize + 1]);
         &self.neighbours[from as usize..to as usize]
@@ -210,8 +213,8 @@ impl Polyhedron {
         self.support_vertex_from(self.start(direction), direction)
     }
 
-    /// As [`Self::support_vertex`], climbing from a vertex, best one that was the farthest a moment ago. Of several that are
-    /// equally far, which one it is may depend on where the climb starts.
+    /// As [`Self::support_vertex`], climbing from a vertex, best one that was the farthest a moment ago. Of several
+    /// that are equally far, which one it is may depend on where the climb starts.
     pub fn support_vertex_from(&self, vertex: u32, direction: DVec3) -> u32 {
         if self.vertices.len() <= FEW_VERTICES {
             return self.farthest_of_all(direction);
@@ -236,8 +239,8 @@ impl Polyhedron {
         best.1
     }
 
-    /// Goes to the highest neighbour until there is none higher; on a convex body, that is the top. Rises are taken along edges, not
-    /// as differences of heights, which would be lost in rounding where edges are short.
+    /// Goes to the highest neighbour until there is none higher; on a convex body, that is the top. Rises are taken
+    /// along edges, not as differences of heights, which would be lost in rounding where edges are short.
     fn climb(&self, mut vertex: u32, direction: DVec3) -> u32 {
         // It takes far fewer steps; the bound is for a direction in which rounding makes everything equally high.
         for _ in 0..self.vertices.len() {
@@ -262,8 +265,8 @@ impl Polyhedron {
         (0..self.faces.len() as u32).map(|face| -self.height_above(face, point)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The same body in the coordinates of a frame at `centre` (m), whose axes are the columns of `axes`. Its faces, edges and
-    /// their order stay.
+    /// The same body in the coordinates of a frame at `centre` (m), whose axes are the columns of `axes`. Its faces,
+    /// edges and their order stay.
     pub fn seen_from(&self, centre: DVec3, axes: DMat3) -> Self {
         let mut seen = self.clone();
         let turn = axes.transpose();
@@ -296,7 +299,8 @@ fn edges(loops: &[Vec<u32>]) -> Vec<Edge> {
     sides.chunks_exact(2).map(edge).collect()
 }
 
-/// The vertices connected with each vertex by a side of a triangle of a closed surface: where they start, and all of them.
+/// The vertices connected with each vertex by a side of a triangle of a closed surface: where they start, and all of
+/// them.
 fn neighbours(vertices: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
     // Each side is in two triangles, once in either direction.
     let mut pairs: Vec<[u32; 2]> = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
@@ -349,14 +353,17 @@ pub(super) fn size(points: &[DVec3]) -> f64 {
     0.5 * (high - low).length()
 }
 
-pub(super) fn flat_error(flat: Flat, count: usize) -> ShapeError {
-    match flat {
-        Flat::Line => ShapeError::Collinear { count },
-        Flat::Plane(normal) => ShapeError::Coplanar { count, normal },
+/// The hull of sorted points, and those of them that are its corners.
+fn corners_of_hull(points: &[DVec3]) -> Result<(Vec<DVec3>, Hull), ShapeError> {
+    match hull(points) {
+        Ok(hull) => Ok(hull.with_corners_only(points)),
+        Err(Flat::Line) => Err(ShapeError::Collinear { count: points.len() }),
+        Err(Flat::Plane(normal)) => Err(ShapeError::Coplanar { count: points.len(), normal }),
     }
 }
 
-/// Refuses a hull that is thinner than [`THIN`]. Volume over surface is between a third of the in-radius and the in-radius.
+/// Refuses a hull that is thinner than [`THIN`]. Volume over surface is between a third of the in-radius and the
+/// in-radius.
 fn check_thickness(points: &[DVec3], hull: &Hull, size: f64) -> Result<(), ShapeError> {
     let (mut volume, mut surface) = (Sum::default(), Sum::default());
     for triangle in &hull.triangles {

@@ -17,9 +17,9 @@ pub(super) struct Principal {
 /// Jacobi's iteration halves the digits that are left with each sweep; six suffice, and this many are never reached.
 const MOST_SWEEPS: usize = 32;
 
-/// The principal axes of a symmetric tensor. Moments and products within `tolerance` (m² kg) of each other, or of zero, are equal, or
-/// zero: a tensor that is diagonal keeps its axes, bit by bit; three equal moments keep them too; with two equal moments the frame
-/// is turned only as far as the third axis needs.
+/// The principal axes of a symmetric tensor. Moments and products within `tolerance` (m² kg) of each other, or of zero,
+/// are equal, or zero: a tensor that is diagonal keeps its axes, bit by bit; three equal moments keep them too; with
+/// two equal moments the frame is turned only as far as the third axis needs.
 pub(super) fn principal(tensor: DMat3, tolerance: f64) -> Principal {
     let products = [tensor.y_axis.x, tensor.z_axis.x, tensor.z_axis.y];
     if products.iter().all(|product| product.abs() <= tolerance) {
@@ -34,8 +34,8 @@ pub(super) fn principal(tensor: DMat3, tolerance: f64) -> Principal {
     }
 }
 
-/// Eigenvalues and eigenvectors (columns) of a symmetric matrix by cyclic Jacobi rotations (Golub and Van Loan, Matrix Computations,
-/// 8.5), which find even small eigenvalues to full precision.
+/// Eigenvalues and eigenvectors (columns) of a symmetric matrix by cyclic Jacobi rotations (Golub and Van Loan, Matrix
+/// Computations, 8.5), which find even small eigenvalues to full precision.
 fn jacobi(matrix: DMat3) -> (DVec3, DMat3) {
     let mut a = matrix.to_cols_array_2d();
     let mut v = DMat3::IDENTITY.to_cols_array_2d();
@@ -106,8 +106,8 @@ fn equalised(moments: DVec3, tolerance: f64) -> DVec3 {
     }
 }
 
-/// The frame with one given axis, the two others being free: its own, turned on the shortest way that takes the nearest of its own
-/// axes onto the given one.
+/// The frame with one given axis, the two others being free: its own, turned on the shortest way that takes the nearest
+/// of its own axes onto the given one.
 fn about_one_axis(moments: DVec3, third: usize, axis: DVec3) -> Principal {
     let nearest = axis.abs().max_position();
     let along = if axis[nearest] < 0.0 { -axis } else { axis }.normalize();
@@ -118,8 +118,8 @@ fn about_one_axis(moments: DVec3, third: usize, axis: DVec3) -> Principal {
 
 const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
 
-/// The axes in the order and with the signs that turn the frame least: the first of the orders with the largest sum of |cosines|;
-/// each axis pointing along its own; right-handed by the sign of the axis that is farthest from its own.
+/// The axes in the order and with the signs that turn the frame least: the first of the orders with the largest sum of
+/// |cosines|; each axis pointing along its own; right-handed by the sign of the axis that is farthest from its own.
 fn nearest_to_own(moments: DVec3, axes: DMat3) -> Principal {
     let closeness = |order: [usize; 3]| (0..3).map(|k| axes.col(order[k])[k].abs()).sum::<f64>();
     let closer = |best, order| if closeness(order) > closeness(best) { order } else { best };
@@ -141,8 +141,8 @@ fn nearest_to_own(moments: DVec3, axes: DMat3) -> Principal {
     }
 }
 
-/// The rotation about from × to that takes one unit vector to another, at most a right angle away: 1 + [w] + [w]²/(1 + c), where
-/// w = from × to, c = from·to.
+/// The rotation about from × to that takes one unit vector to another, at most a right angle away: 1 + [w] + [w]²/(1 +
+/// c), where w = from × to, c = from·to.
 fn shortest_turn(from: DVec3, to: DVec3) -> DMat3 {
     let w = from.cross(to);
     let cross = DMat3::from_cols(DVec3::new(0.0, w.z, -w.y), DVec3::new(-w.z, 0.0, w.x), DVec3::new(w.y, -w.x, 0.0));
@@ -152,7 +152,8 @@ fn shortest_turn(from: DVec3, to: DVec3) -> DMat3 {
 /// Checks moments of inertia (kg m²) about principal axes that were given from outside.
 ///
 /// # Errors
-/// A moment that is not positive and finite, or that is larger than the sum of the two others ([`TRIANGLE_INEQUALITY`] allowed).
+/// A moment that is not positive and finite, or that is larger than the sum of the two others ([`TRIANGLE_INEQUALITY`]
+/// allowed).
 pub fn check_inertia(moments: DVec3) -> Result<(), ShapeError> {
     for axis in 0..3 {
         let value = moments[axis];

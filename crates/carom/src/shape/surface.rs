@@ -31,8 +31,8 @@ impl Surface {
     /// Welds vertices that are equal bit by bit (the two zeros count as one) and leaves out those without a triangle.
     ///
     /// # Errors
-    /// Nothing given, too much, coordinates that are no numbers, indices beyond the vertices, triangles without an area, edges
-    /// with more than two triangles or with two of different orientation.
+    /// Nothing given, too much, coordinates that are no numbers, indices beyond the vertices, triangles without an
+    /// area, edges with more than two triangles or with two of different orientation.
     pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<Self, ShapeError> {
         check_points(vertices)?;
         check_triangles(vertices.len(), triangles)?;

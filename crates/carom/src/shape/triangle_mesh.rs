@@ -17,7 +17,8 @@ pub enum Fold {
     Flat,
     /// A valley: can be touched from the back only.
     Concave,
-    /// The rim of the surface, with one triangle only, or with two that lie on each other: can be touched from both sides.
+    /// The rim of the surface, with one triangle only, or with two that lie on each other: can be touched from both
+    /// sides.
     Boundary,
 }
 
@@ -55,7 +56,8 @@ impl MeshEdge {
     }
 }
 
-/// A surface of triangles, open or closed. Where it is open both sides are surfaces; which of them bodies are on is theirs to know.
+/// A surface of triangles, open or closed. Where it is open both sides are surfaces; which of them bodies are on is
+/// theirs to know.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TriangleMesh {
     /// Corners (m): of the vertices given those that triangles use, without repetition, in the order given.
@@ -74,8 +76,8 @@ impl TriangleMesh {
     /// A mesh of vertices (m) and triangles. Vertices at the same place (equal bit by bit) are one.
     ///
     /// # Errors
-    /// A mesh that is empty or too large, coordinates that are not finite, triangles that name vertices that do not exist or have no
-    /// area, more than two triangles at an edge, or two that are oriented differently.
+    /// A mesh that is empty or too large, coordinates that are not finite, triangles that name vertices that do not
+    /// exist or have no area, more than two triangles at an edge, or two that are oriented differently.
     pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<Self, ShapeError> {
         let surface = Surface::new(vertices, triangles)?;
         let edges: Vec<MeshEdge> = surface.edges.iter().map(|edge| mesh_edge(&surface, edge)).collect();
@@ -110,8 +112,8 @@ impl TriangleMesh {
         &self.edges_at[from as usize..to as usize]
     }
 
-    /// Whether a convex body in front may touch this vertex alone: some edge at it is a ridge or the rim. (Between valleys only,
-    /// the free space is a convex cone, and the body touches its sides.)
+    /// Whether a convex body in front may touch this vertex alone: some edge at it is a ridge or the rim. (Between
+    /// valleys only, the free space is a convex cone, and the body touches its sides.)
     pub fn vertex_touchable_from_front(&self, vertex: u32) -> bool {
         self.edges_at(vertex).iter().any(|&edge| self.edges[edge as usize].touchable_from_front())
     }
