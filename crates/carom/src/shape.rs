@@ -16,6 +16,7 @@ mod mass;
 mod platonic;
 mod polyhedron;
 mod principal;
+mod support;
 mod surface;
 mod triangle_mesh;
 

@@ -943,3 +943,44 @@ fn no_mesh_is_too_bad_for_a_sentence() {
     }
     assert!(sound > 1000 && refused > 1000, "{sound} {refused}");
 }
+
+// Scale.
+
+#[test]
+fn nothing_has_a_length_scale() {
+    let mut lcg = Lcg(79);
+    let points: Vec<DVec3> = sphere(200, &mut lcg).into_iter().map(|p| p * vector(1.0, 2.0, 3.0)).collect();
+    let body = Polyhedron::from_points(&points).unwrap();
+    let geometry = BodyGeometry::new(&body.clone().into()).unwrap();
+    for exponent in [-160, -40, 0, 40, 160] {
+        // A power of two: everything is the same number times a power of it, bit by bit.
+        let factor = libm::exp2(f64::from(exponent));
+        let scaled: Vec<DVec3> = points.iter().map(|&p| p * factor).collect();
+        let large = Polyhedron::from_points(&scaled).unwrap();
+        assert_eq!(large.edges, body.edges);
+        for (a, b) in large.faces.iter().zip(&body.faces) {
+            assert_eq!((&a.vertices, a.normal, a.offset), (&b.vertices, b.normal, b.offset * factor));
+        }
+        let large = BodyGeometry::new(&large.into()).unwrap();
+        assert_eq!(large.volume, geometry.volume * factor * factor * factor);
+        assert_eq!(large.gyration, geometry.gyration * factor * factor);
+        assert_eq!(large.orientation, geometry.orientation);
+    }
+}
+
+#[test]
+fn coordinates_of_all_sizes() {
+    let mut lcg = Lcg(83);
+    for round in 0..200 {
+        // A cube, all of whose zeros are numbers down to the smallest there are.
+        let tiny = libm::exp2(-lcg.between(100.0, 1074.0));
+        let corner = |k: u32, lcg: &mut Lcg| {
+            vector(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)) + lcg.direction() * tiny
+        };
+        let points: Vec<DVec3> = (0..8 + round).map(|k| corner(k % 8, &mut lcg)).collect();
+        let body = Polyhedron::from_points(&points).unwrap();
+        assert_sound(&body);
+        assert_eq!((body.vertices.len(), body.faces.len()), (8, 6), "{tiny:e}");
+        assert_near(BodyGeometry::new(&body.into()).unwrap().volume, 1.0, 4.0);
+    }
+}

@@ -6,6 +6,7 @@ use super::error::ShapeError;
 use super::exact::{twice_area, twice_polygon_area};
 use super::flatten::{Uneven, flatten};
 use super::hull::{Flat, Hull, hull};
+use super::support::neighbours;
 use crate::ledger::Sum;
 use crate::tolerance::{COPLANAR, FLATTENING_PASSES, MOST_POINTS, SHAPE_LIMITS, THIN};
 
@@ -43,10 +44,10 @@ pub struct Polyhedron {
     /// Largest distance of a vertex from the origin (m).
     pub radius: f64,
     /// The neighbours of vertex k are `neighbours[neighbours_from[k]..neighbours_from[k + 1]]`, sorted.
-    neighbours_from: Vec<u32>,
-    neighbours: Vec<u32>,
+    pub(super) neighbours_from: Vec<u32>,
+    pub(super) neighbours: Vec<u32>,
     /// The vertices farthest along x, y, z and −x, −y, −z.
-    extremes: [u32; 6],
+    pub(super) extremes: [u32; 6],
 }
 
 /// A side of a face: an edge seen from the face.
@@ -57,9 +58,6 @@ struct Side {
     /// The corners of the face before and after the edge.
     beside: [u32; 2],
 }
-
-/// Up to so many vertices, looking at all is faster than climbing from one to the next (a count).
-const FEW_VERTICES: usize = 32;
 
 impl Polyhedron {
     /// The convex hull of points (m), given in any order, repeated or not. Points inside it, inside a face or on an
@@ -147,8 +145,7 @@ impl Polyhedron {
             face.offset = corners.iter().map(|&corner| face.normal.dot(corner)).fold(f64::NEG_INFINITY, f64::max);
         }
         self.radius = self.vertices.iter().map(|v| v.length()).fold(0.0, f64::max);
-        let axes = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
-        self.extremes = axes.map(|axis| self.farthest_of_all(axis));
+        self.extremes = self.farthest_along_axes();
     }
 
     /// Refuses a body where merging went wrong because details are as fine as the tolerance: a corner next to a face is
@@ -195,71 +192,6 @@ impl Polyhedron {
         normal.dot(point - self.vertices[vertices[0] as usize])
     }
 
-    /// The vertices connected with a vertex by an edge or by a diagonal along which a face was divided, sorted. Of
-    /// these triangles the body is exactly convex, so that climbing from neighbour to neighbour leads to the top,
-    /// however fine its details are.
-    pub fn neighbours(&self, vertex: u32) -> &[u32] {
-        let (from, to) = (self.neighbours_from[vertex as usize], self.neighbours_from[vertex as usize + 1]);
-        &self.neighbours[from as usize..to as usize]
-    }
-
-    /// The point farthest along `direction` (any length): a vertex, see [`Self::support_vertex`].
-    pub fn support(&self, direction: DVec3) -> DVec3 {
-        self.vertices[self.support_vertex(direction) as usize]
-    }
-
-    /// The vertex farthest along `direction` (any length), to within rounding. Of several, always the same one.
-    pub fn support_vertex(&self, direction: DVec3) -> u32 {
-        self.support_vertex_from(self.start(direction), direction)
-    }
-
-    /// As [`Self::support_vertex`], climbing from a vertex, best one that was the farthest a moment ago. Of several
-    /// that are equally far, which one it is may depend on where the climb starts.
-    pub fn support_vertex_from(&self, vertex: u32, direction: DVec3) -> u32 {
-        if self.vertices.len() <= FEW_VERTICES {
-            return self.farthest_of_all(direction);
-        }
-        self.climb(vertex, direction)
-    }
-
-    /// The extreme vertex of the axis nearest to `direction`.
-    fn start(&self, direction: DVec3) -> u32 {
-        let axis = direction.abs().max_position();
-        self.extremes[if direction[axis] > 0.0 { axis } else { axis + 3 }]
-    }
-
-    fn farthest_of_all(&self, direction: DVec3) -> u32 {
-        let mut best = (f64::NEG_INFINITY, 0);
-        for (k, vertex) in self.vertices.iter().enumerate() {
-            let height = direction.dot(*vertex);
-            if height > best.0 {
-                best = (height, k as u32);
-            }
-        }
-        best.1
-    }
-
-    /// Goes to the highest neighbour until there is none higher; on a convex body, that is the top. Rises are taken
-    /// along edges, not as differences of heights, which would be lost in rounding where edges are short.
-    fn climb(&self, mut vertex: u32, direction: DVec3) -> u32 {
-        // It takes far fewer steps; the bound is for a direction in which rounding makes everything equally high.
-        for _ in 0..self.vertices.len() {
-            let here = self.vertices[vertex as usize];
-            let mut best = (0.0, vertex);
-            for &next in self.neighbours(vertex) {
-                let rise = direction.dot(self.vertices[next as usize] - here);
-                if rise > best.0 {
-                    best = (rise, next);
-                }
-            }
-            if best.1 == vertex {
-                break;
-            }
-            vertex = best.1;
-        }
-        vertex
-    }
-
     /// The depth of a point under the surface (m): its distance from the nearest plane of a face, negative outside.
     pub fn depth(&self, point: DVec3) -> f64 {
         (0..self.faces.len() as u32).map(|face| -self.height_above(face, point)).fold(f64::INFINITY, f64::min)
@@ -297,20 +229,6 @@ fn edges(loops: &[Vec<u32>]) -> Vec<Edge> {
     let edge =
         |pair: &[(u32, u32, bool, u32)]| Edge { vertices: [pair[0].0, pair[0].1], faces: [pair[0].3, pair[1].3] };
     sides.chunks_exact(2).map(edge).collect()
-}
-
-/// The vertices connected with each vertex by a side of a triangle of a closed surface: where they start, and all of
-/// them.
-fn neighbours(vertices: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
-    // Each side is in two triangles, once in either direction.
-    let mut pairs: Vec<[u32; 2]> = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
-    pairs.sort_unstable();
-    let mut from = vec![0; vertices + 1];
-    pairs.iter().for_each(|&[a, _]| from[a as usize + 1] += 1);
-    for k in 0..vertices {
-        from[k + 1] += from[k];
-    }
-    (from, pairs.into_iter().map(|[_, b]| b).collect())
 }
 
 /// Refuses points that are no points, none, or too many.

@@ -43,7 +43,7 @@ fn jacobi(matrix: DMat3) -> (DVec3, DMat3) {
         let mut rotated = false;
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {
             // What does not change the two moments by rounding is zero.
-            if a[p][q].abs() <= 0.25 * f64::EPSILON * (a[p][p] * a[q][q]).abs().sqrt() {
+            if a[p][q].abs() <= 0.25 * f64::EPSILON * (a[p][p].abs().sqrt() * a[q][q].abs().sqrt()) {
                 (a[p][q], a[q][p]) = (0.0, 0.0);
                 continue;
             }
