@@ -9,6 +9,7 @@ use carom::shape::{
     ShapeError, TriangleMesh, check_inertia,
 };
 use glam::{DMat3, DQuat};
+use sha2::{Digest, Sha256};
 use support::{EPSILON, Lcg, vector};
 
 /// Euler's formula, two faces an edge with loops that run against each other, every vertex under every face, unit
@@ -983,4 +984,30 @@ fn coordinates_of_all_sizes() {
         assert_eq!((body.vertices.len(), body.faces.len()), (8, 6), "{tiny:e}");
         assert_near(BodyGeometry::new(&body.into()).unwrap().volume, 1.0, 4.0);
     }
+}
+
+/// The bits of bodies of all kinds, by their digest: the same at every level of optimisation and on every platform.
+#[test]
+fn the_same_bits_everywhere() {
+    let mut lcg = Lcg(89);
+    let mut bits = Sha256::new();
+    let mut take = |x: f64| bits.update(x.to_bits().to_le_bytes());
+    let mut shapes = all_shapes(&mut lcg);
+    shapes.push(Polyhedron::from_points(&prism(7, turn(&mut lcg).1)).unwrap().into());
+    for shape in shapes {
+        let geometry = BodyGeometry::new(&shape).unwrap();
+        [geometry.volume, geometry.radius, geometry.in_radius].into_iter().for_each(&mut take);
+        [geometry.gyration, geometry.centre].into_iter().flat_map(|v| v.to_array()).for_each(&mut take);
+        geometry.orientation.into_iter().for_each(&mut take);
+        if let Shape::Polyhedron(body) = &geometry.shape {
+            for face in &body.faces {
+                face.normal.to_array().into_iter().chain([face.offset]).for_each(&mut take);
+            }
+        }
+        for _ in 0..100 {
+            geometry.shape.support(lcg.direction()).to_array().into_iter().for_each(&mut take);
+        }
+    }
+    let digest: String = bits.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    assert_eq!(digest, "99357bc60287e7fdb8d4c1caf566df64d8e11dcb4daef1e3753175d4052d3c56");
 }

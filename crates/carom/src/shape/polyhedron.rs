@@ -61,7 +61,8 @@ struct Side {
 
 impl Polyhedron {
     /// The convex hull of points (m), given in any order, repeated or not. Points inside it, inside a face or on an
-    /// edge are left out.
+    /// edge are left out. The numbers are taken as they are: where their rounding is coarser than [`COPLANAR`], as in
+    /// single precision or far from the origin, a face that was meant to be flat stays several, at tiny angles.
     ///
     /// # Errors
     /// Fewer than 4 different points, too many, infinite or NaN, all on a line or in a plane; a body thinner than
