@@ -815,6 +815,10 @@ fn what_is_refused_and_why() {
         (compound(vec![part(ball.clone(), straight), part(inner, straight)]), "part 1 is itself a compound"),
         (compound(vec![part(Shape::Ball { radius: -1.0 }, straight)]), "radius = -1"),
         (
+            compound(vec![Part { position: vector(0.0, f64::NAN, 0.0), ..part(ball.clone(), straight) }]),
+            "part 0 is at [0, NaN, 0]: coordinates have to be finite",
+        ),
+        (
             check_inertia(vector(1.0, 1.0, 2.1)),
             "the moment of inertia about z is 2.1, more than the sum of the two others",
         ),

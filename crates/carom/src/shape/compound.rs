@@ -5,7 +5,7 @@ use glam::{DMat3, DQuat, DVec3};
 use super::Shape;
 use super::error::ShapeError;
 use super::mass::MassProperties;
-use crate::tolerance::UNIT_LENGTH;
+use crate::tolerance::{SHAPE_LIMITS, UNIT_LENGTH};
 
 /// A convex part of a compound.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,8 +47,9 @@ impl Compound {
                 return Err(ShapeError::Nested { part: index });
             }
             part.shape.check()?;
-            super::polyhedron::check_points(&[part.position])
-                .map_err(|_| ShapeError::NotFinite { vertex: index, value: part.position })?;
+            if !(part.position.abs().max_element() <= *SHAPE_LIMITS.end()) || part.position.is_nan() {
+                return Err(ShapeError::PartPosition { part: index, value: part.position });
+            }
             part.orientation = unit(index, part.orientation)?;
         }
         Ok(Self { parts })

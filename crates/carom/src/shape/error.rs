@@ -173,6 +173,13 @@ pub enum ShapeError {
         /// The quaternion (w, x, y, z).
         value: [f64; 4],
     },
+    /// A part of a compound is nowhere, or beyond what can be computed with.
+    PartPosition {
+        /// Which part.
+        part: usize,
+        /// Where it is said to be (m).
+        value: DVec3,
+    },
     /// A compound as part of a compound.
     Nested {
         /// Which part.
@@ -288,6 +295,11 @@ impl fmt::Display for ShapeError {
             Self::NotUnit { index, value: [w, x, y, z] } => {
                 write!(f, "the orientation ({w}, {x}, {y}, {z}) of {index} is not a unit quaternion")
             }
+            Self::PartPosition { part, value } => write!(
+                f,
+                "part {part} is at {value}: coordinates have to be finite, and up to {:e} m",
+                SHAPE_LIMITS.end()
+            ),
             Self::Nested { part } => write!(f, "part {part} is itself a compound; list its parts instead"),
             Self::Amount { field, value } => write!(f, "{field} = {value}: has to be positive and finite"),
             Self::Moment { axis, value } => {
