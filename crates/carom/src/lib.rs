@@ -12,8 +12,9 @@
 //! 7. [`record`], [`ledger`]: every impact as a row, energy and momentum accounted for.
 //! 8. [`simulation`]: the loop through all of these.
 //!
-//! [`contact`] answers questions about two bodies alone. SI units by convention; any consistent set works, and nothing
-//! here has a length scale. Vectors are (x, y, z), quaternions (w, x, y, z). The contact normal points from B to A.
+//! [`shape`] has the geometry of bodies that turn, [`contact`] answers questions about two bodies alone. SI units by
+//! convention; any consistent set works, and nothing here has a length scale. Vectors are (x, y, z), quaternions
+//! (w, x, y, z). The contact normal points from B to A.
 
 #![forbid(unsafe_code)]
 
@@ -28,6 +29,7 @@ pub mod random;
 pub mod record;
 pub mod resolve;
 pub mod scene;
+pub mod shape;
 pub mod simulation;
 pub mod time;
 pub mod tolerance;

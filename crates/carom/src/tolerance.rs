@@ -55,3 +55,49 @@ pub const UNIT_LENGTH: f64 = 1.0 / (1u64 << 39) as f64;
 /// Balls placed by growing are grown beyond their size by this fraction (pure number), so that rounding leaves none of
 /// them overlapping.
 pub const GROWN: f64 = 1.0 / (1u64 << 36) as f64;
+
+/// A polyhedron's vertices lie in one plane when they are within this fraction of its size (half the diagonal of its
+/// bounding box) of it (pure number, 6e-14: 256ε). That is room for the rounding of points that were computed and
+/// turned. Points are dropped, not moved; in [`FLATTENING_PASSES`] passes a body loses less than 7e-13 of its size,
+/// within what motion resolves.
+pub const COPLANAR: f64 = 256.0 * f64::EPSILON;
+
+/// See [`COPLANAR`] (a count). One pass is enough unless details are as fine as the tolerance; after the last they stay.
+pub const FLATTENING_PASSES: u32 = 6;
+
+/// The ratio of volume to surface (between a third of the in-radius and the in-radius) of a convex polyhedron is at
+/// least this fraction of its size (pure number, 1.5e-11). Thinner, its two sides could not be told apart by
+/// [`COPLANAR`].
+pub const THIN: f64 = 1.0 / (1u64 << 36) as f64;
+
+/// A mesh is convex when it is nowhere deeper under its convex hull than this fraction of its size (pure number, 1e-6):
+/// what coordinates in single precision, as in STL files, leave of a convex body (their steps are 1.2e-7). The hull is
+/// the body.
+pub const CONVEX: f64 = 1.0 / (1u64 << 20) as f64;
+
+/// Moments and products of inertia that differ by less than this fraction of the largest moment are taken for equal (or
+/// zero) (pure number, 1.4e-14: 64ε), so that a cube is a spherical top. It is what rounding of vertices leaves; where
+/// a polyhedron was given far from the origin, as much more as its coordinates are coarser.
+pub const EQUAL_MOMENTS: f64 = 64.0 * f64::EPSILON;
+
+/// Coordinates far from the origin make [`EQUAL_MOMENTS`] at most so many times coarser (pure number, 7e10): moments
+/// that differ by a thousandth are never taken for equal.
+pub const COARSEST_MOMENTS: f64 = (1u64 << 36) as f64;
+
+/// A centre of mass within this fraction of the size of the origin is at the origin (pure number: 8ε; a cube's,
+/// computed, is within 1ε). A body that was given centred is then not shifted by rounding.
+pub const CENTRED: f64 = 8.0 * f64::EPSILON;
+
+/// Moments of inertia given from outside may break I1 + I2 >= I3 by this fraction of I3 (pure number, about 2e-12):
+/// what twelve written digits leave. A flat body has I1 + I2 = I3 exactly.
+pub const TRIANGLE_INEQUALITY: f64 = 1.0 / (1u64 << 39) as f64;
+
+/// Lengths of shapes beyond these (in the scene's units) are refused: moments of inertia go by the fifth power of a
+/// length.
+pub const SHAPE_LIMITS: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
+
+/// Most points of a hull, and most vertices of a mesh (a count; a hull of so many takes about a minute).
+pub const MOST_POINTS: usize = 1 << 22;
+
+/// Most triangles of a mesh (a count), twice as many as points.
+pub const MOST_TRIANGLES: usize = 1 << 23;
