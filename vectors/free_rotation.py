@@ -331,6 +331,14 @@ def cases() -> Iterator[tuple[str, list[float], list[float], list[float]]]:
         rates[k % 3] = rng.choice([-1.0, 1.0])
         yield "nearly principal", moments, orientation, to_world(orientation, rates)
     for k in range(12):
+        # Two moments that differ little, and the rotation nearly across the third axis: it can go round any of them.
+        moments, orientation = random_moments(rng), random_orientation(rng)
+        small = 10.0 ** rng.uniform(-14, -1)
+        moments[(k + 1) % 3] = moments[k % 3] * (1 + small)
+        rates = [rng.gauss(0, 1) for _ in range(3)]
+        rates[(k + 2) % 3] *= small**0.5
+        yield "across", moments, orientation, to_world(orientation, rates)
+    for k in range(12):
         moments, orientation = random_moments(rng), random_orientation(rng)
         moments[(k + 1) % 3] = moments[k % 3]
         yield "symmetric", moments, orientation, random_rates(rng)

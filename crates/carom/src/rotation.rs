@@ -31,6 +31,8 @@ use top::{Top, WobbleAxes};
 use turns::{TurnRate, sine_cosine};
 use wobble::Wobble;
 
+use crate::tolerance::NEGLIGIBLE_MOMENTUM;
+
 /// A body's rotation right after its last impact, prepared so that it can be evaluated any time later.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
@@ -87,8 +89,9 @@ impl Rotation {
     pub fn new(moments: DVec3, orientation: DQuat, angular_velocity: DVec3) -> Self {
         // Powers of two, taken off and put back without rounding: no square or product below leaves the range of a double.
         let (inertia_unit, rate_unit) = (binary_unit(moments), binary_unit(angular_velocity));
-        let state = State::new(moments / inertia_unit, orientation, angular_velocity / rate_unit);
-        let mut rotation = if state.is_steady() { state.steady(angular_velocity) } else { state.tumbling() };
+        let start =
+            Start { moments: (moments / inertia_unit).to_array(), orientation, rates: angular_velocity / rate_unit };
+        let mut rotation = start.rotation(angular_velocity);
         match &mut rotation.motion {
             Motion::Steady(steady) => steady.half_turn = steady.half_turn.scaled(rate_unit),
             Motion::Tumbling(tumbling) => {
@@ -215,85 +218,92 @@ fn binary_unit(vector: DVec3) -> f64 {
 }
 
 /// The state right after an impact, in units in which the largest moment and the largest component of ω are from 1 to 2.
-struct State {
+struct Start {
     moments: [f64; 3],
     orientation: DQuat,
-    angular_velocity: DVec3,
-    /// Angular momentum along the body's axes.
-    momentum: [DoubleDouble; 3],
+    /// Angular velocity, world axes.
+    rates: DVec3,
 }
 
-impl State {
-    fn new(moments: DVec3, orientation: DQuat, angular_velocity: DVec3) -> Self {
-        let moments = moments.to_array();
-        let rates = body_rates(orientation, angular_velocity);
-        let momentum = [0, 1, 2].map(|i| rates[i] * moments[i]);
-        Self { moments, orientation: orientation.normalize(), angular_velocity, momentum }
+impl Start {
+    /// `angular_velocity` as it was given.
+    fn rotation(&self, angular_velocity: DVec3) -> Rotation {
+        let [first, second, third] = self.moments;
+        if first == second && second == third {
+            let square = self.rates.length_squared();
+            return self.steady(angular_velocity, 0.5 * first * square, first * square.sqrt());
+        }
+        let momentum = self.momentum();
+        let size = (momentum[0].squared() + momentum[1].squared() + momentum[2].squared()).sqrt();
+        let energy = 0.5 * (0..3).map(|i| momentum[i].high * momentum[i].high / self.moments[i]).sum::<f64>();
+        if self.is_steady(&momentum) {
+            self.steady(angular_velocity, energy, size.high)
+        } else {
+            self.tumbling(Top::new(self.moments, momentum, size), energy)
+        }
+    }
+
+    /// The angular momentum along the body's axes.
+    fn momentum(&self) -> [DoubleDouble; 3] {
+        let rates = body_rates(self.orientation, self.rates);
+        let momentum = [0, 1, 2].map(|i| rates[i] * self.moments[i]);
+        let largest = momentum.iter().fold(0.0, |largest: f64, component| largest.max(component.high.abs()));
+        momentum.map(
+            |component| {
+                if component.high.abs() < NEGLIGIBLE_MOMENTUM * largest { DoubleDouble::ZERO } else { component }
+            },
+        )
     }
 
     /// Whether L × ω is zero exactly: the axis of rotation is then fixed in the body. Next to it, it is not, and near the middle axis
     /// the body turns over, be it ever so late.
-    fn is_steady(&self) -> bool {
-        [(0, 1), (1, 2), (2, 0)].iter().all(|&(i, j)| {
-            self.moments[i] == self.moments[j] || self.momentum[i].high == 0.0 || self.momentum[j].high == 0.0
-        })
+    fn is_steady(&self, momentum: &[DoubleDouble; 3]) -> bool {
+        [(0, 1), (1, 2), (2, 0)]
+            .iter()
+            .all(|&(i, j)| self.moments[i] == self.moments[j] || momentum[i].high == 0.0 || momentum[j].high == 0.0)
     }
 
-    fn size(&self) -> DoubleDouble {
-        let [x, y, z] = self.momentum;
-        (x.squared() + y.squared() + z.squared()).sqrt()
-    }
-
-    fn energy(&self) -> f64 {
-        (0..3).map(|i| self.momentum[i].high * self.momentum[i].high / self.moments[i]).sum::<f64>() * 0.5
-    }
-
-    /// `angular_velocity` as it was given.
-    fn steady(&self, angular_velocity: DVec3) -> Rotation {
-        let squares = self.angular_velocity.to_array().map(|w| DoubleDouble::product(w, w));
-        let speed = (squares[0] + squares[1] + squares[2]).sqrt();
-        let axis = if speed.high > 0.0 { self.angular_velocity / speed.high } else { DVec3::ZERO };
+    fn steady(&self, angular_velocity: DVec3, energy: f64, angular_momentum: f64) -> Rotation {
+        let [x, y, z] = self.rates.to_array().map(|w| DoubleDouble::product(w, w));
+        let speed = (x + y + z).sqrt();
+        let axis = if speed.high > 0.0 { self.rates / speed.high } else { DVec3::ZERO };
         Rotation {
             motion: Motion::Steady(Steady {
-                orientation: self.orientation,
+                orientation: self.orientation.normalize(),
                 angular_velocity,
                 axis,
                 half_turn: TurnRate::from_radians(speed.scaled(0.5)),
             }),
-            energy: self.energy(),
-            angular_momentum: self.size().high,
+            energy,
+            angular_momentum,
             fastest: speed.high * (1.0 + f64::EPSILON),
             fastest_change: 0.0,
         }
     }
 
-    fn tumbling(&self) -> Rotation {
-        let top = Top::new(self.moments, self.momentum);
-        let size = self.size();
+    fn tumbling(&self, top: Top, energy: f64) -> Rotation {
         let means = top.quarter_means();
-        let wobble = Wobble::new(&top.elements(size.high, means.mean.high));
+        let wobble = Wobble::new(&top.elements(means.mean.high));
         let is_open = wobble.is_open();
-        let frequency = if is_open { top.tau() } else { top.tau() * means.mean };
-        let turn_rate = top.turn_rate(size, &means);
-        let rates = top.rates(size.high);
         let mut tumbling = Tumbling {
             axes: top.axes,
             wobble,
-            phase: if is_open { TurnRate::open(frequency) } else { TurnRate::from_radians(frequency) },
+            phase: if is_open { TurnRate::open(top.tau()) } else { TurnRate::from_radians(top.tau() * means.mean) },
             phase_at_start: top.phase_at_start(is_open, means.mean.high),
-            half_turn: TurnRate::from_radians(turn_rate.scaled(0.5)),
+            half_turn: TurnRate::from_radians(top.turn_rate(&means).scaled(0.5)),
             sense: top.sense,
-            rates,
+            rates: top.rates(),
             to_world: DQuat::IDENTITY,
         };
         // Whatever rounding does to the start below, it does to every later instant: L stays where it is put here.
-        tumbling.to_world = (self.orientation * tumbling.turned_to_pole(0.0).0.conjugate()).normalize();
+        let to_pole = tumbling.turned_to_pole(0.0).0;
+        tumbling.to_world = (self.orientation.normalize() * to_pole.conjugate()).normalize();
         Rotation {
             motion: Motion::Tumbling(tumbling),
-            energy: self.energy(),
-            angular_momentum: size.high,
-            fastest: top.fastest(size.high, rates),
-            fastest_change: top.fastest_change(size.high, rates),
+            energy,
+            angular_momentum: top.size.high,
+            fastest: top.fastest(),
+            fastest_change: top.fastest_change(),
         }
     }
 }

@@ -55,3 +55,10 @@ pub const UNIT_LENGTH: f64 = 1.0 / (1u64 << 39) as f64;
 /// Balls placed by growing are grown beyond their size by this fraction (pure number), so that rounding leaves none of
 /// them overlapping.
 pub const GROWN: f64 = 1.0 / (1u64 << 36) as f64;
+
+/// Components of a body's angular momentum along its principal axes are 0 below this fraction of the largest (pure number,
+/// 2^-400 or 4e-121): products of their squares would underflow. Rounding of ω in the world leaves 1e-16, unless the axes of
+/// body and world are parallel. (It matters only about the middle axis, where such a body would turn over after about 280
+/// times the time constant of that instability.)
+pub const NEGLIGIBLE_MOMENTUM: f64 =
+    1.0 / (1u128 << 100) as f64 / (1u128 << 100) as f64 / (1u128 << 100) as f64 / (1u128 << 100) as f64;

@@ -4,6 +4,8 @@
 
 mod support;
 
+use carom::DQuat;
+use carom::rotation::Rotation;
 use carom::scene::{Balls, Placement, RadiusDistribution, Scene};
 use carom::simulation::Simulation;
 use carom::world::Boundary;
@@ -94,6 +96,33 @@ fn same_hash_as_ever() {
         assert_eq!(hash, golden, "{name}");
     }
 }
+
+/// Orientations and angular velocities of tops of every kind, near the separatrix and far from it.
+#[test]
+fn same_hash_as_ever_of_rotations() {
+    let mut lcg = Lcg(4);
+    let mut digest = Sha256::new();
+    for round in 0..3000 {
+        let mut moments = vector(lcg.between(1.0, 2.0), lcg.between(1.0, 2.0), lcg.between(1.0, 2.0));
+        let mut rates = lcg.direction();
+        match round % 4 {
+            0 => moments.y = moments.x,
+            1 => rates = (rates * 1e-3 + carom::DVec3::Y).normalize(),
+            _ => {}
+        }
+        let rotation = Rotation::new(moments, DQuat::IDENTITY, rates);
+        for time in [0.0, lcg.between(0.0, 10.0), lcg.between(-1e6, 1e6)] {
+            let (q, w) = rotation.state_after(time);
+            for x in [q.w, q.x, q.y, q.z, w.x, w.y, w.z, rotation.fastest(), rotation.fastest_change()] {
+                digest.update(x.to_bits().to_le_bytes());
+            }
+        }
+    }
+    let hash: String = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    assert_eq!(hash, GOLDEN_ROTATIONS);
+}
+
+const GOLDEN_ROTATIONS: &str = "dc827c1413219d4791eb1e8435fe7d977a15a44fed12a6d3a3aa252ffdb9df91";
 
 /// With two, four and eight numbers side by side, as far as this machine has registers so wide.
 #[test]

@@ -10,7 +10,7 @@ pub fn arithmetic_geometric_mean(mut a: f64, mut b: f64) -> f64 {
     loop {
         let (mean, product) = (0.5 * (a + b), a * b);
         // The next mean differs from this one by (a - b)² / 16 a.
-        if (a - b).abs() <= 1e-8 * a {
+        if !((a - b).abs() > 1e-8 * a) {
             return mean - (a - b) * (a - b) / (16.0 * mean);
         }
         (a, b) = (mean, product.sqrt());
@@ -26,7 +26,7 @@ pub fn carlson_first_kind(mut x: f64, mut y: f64, mut z: f64) -> f64 {
         let (dx, dy) = (1.0 - x / mean, 1.0 - y / mean);
         let dz = -(dx + dy);
         // What the series leaves out is of the eighth order in these differences.
-        if dx.abs().max(dy.abs()).max(dz.abs()) < 0.01 {
+        if !(dx.abs().max(dy.abs()).max(dz.abs()) >= 0.01) {
             let second = dx * dy - dz * dz;
             let third = dx * dy * dz;
             let series = second * (-1.0 / 10.0 + second * (1.0 / 24.0 - second * (5.0 / 208.0)))
@@ -66,7 +66,7 @@ pub fn quarter_means(complementary_modulus: DoubleDouble, p: DoubleDouble) -> Qu
         arithmetic = arithmetic + geometric;
         power *= 0.5;
         // The error is of the order of the square of this difference.
-        if difference <= 1e-16 * before {
+        if !(difference > 1e-16 * before) {
             break;
         }
         geometric = product.sqrt().scaled(2.0);

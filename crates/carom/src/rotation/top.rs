@@ -51,6 +51,8 @@ pub struct Top {
     pub axes: WobbleAxes,
     /// 1 if the pole is the axis of the largest moment, -1 if that of the smallest.
     pub sense: f64,
+    /// L.
+    pub size: DoubleDouble,
     moments: [f64; 3],
     squares: [DoubleDouble; 3],
     /// Whether L₂ is positive in the direction in which it grows at L₁ > 0.
@@ -66,19 +68,25 @@ pub struct Top {
 }
 
 impl Top {
-    /// Of moments of which not all are equal, and the angular momentum along the body's axes.
-    pub fn new(moments: [f64; 3], momentum: [DoubleDouble; 3]) -> Self {
+    /// Of moments of which not all are equal, the angular momentum along the body's axes, and its magnitude.
+    pub fn new(moments: [f64; 3], momentum: [DoubleDouble; 3], size: DoubleDouble) -> Self {
         let mut order = [0, 1, 2];
         order.sort_by(|&i, &j| moments[i].total_cmp(&moments[j]));
         let [low, middle, high] = order;
-        let round_high = Self::about([low, middle, high], moments, momentum, 1.0);
+        let round_high = Self::about([low, middle, high], moments, momentum, size, 1.0);
         // On the separatrix itself either will do, unless the body is symmetric: then it is its own axis.
         let is_high = round_high.separation.high > 0.0
             || (round_high.separation.high == 0.0 && round_high.middle_pole.high >= round_high.other_middle.high);
-        if is_high { round_high } else { Self::about([high, middle, low], moments, momentum, -1.0) }
+        if is_high { round_high } else { Self::about([high, middle, low], moments, momentum, size, -1.0) }
     }
 
-    fn about(index: [usize; 3], moments: [f64; 3], momentum: [DoubleDouble; 3], sense: f64) -> Self {
+    fn about(
+        index: [usize; 3],
+        moments: [f64; 3],
+        momentum: [DoubleDouble; 3],
+        size: DoubleDouble,
+        sense: f64,
+    ) -> Self {
         let axes = WobbleAxes::new(index, momentum);
         let moments = index.map(|i| moments[i]);
         let squares = index.map(|i| momentum[i].squared());
@@ -88,6 +96,7 @@ impl Top {
         Self {
             axes,
             sense,
+            size,
             moments,
             squares,
             is_rising: momentum[index[1]].high * axes.sign.y * sense > 0.0,
@@ -111,6 +120,10 @@ impl Top {
         if self.separation.high <= 0.0 {
             return QuarterMeans { mean: DoubleDouble::ZERO, share: DoubleDouble::ZERO };
         }
+        if self.other_middle == DoubleDouble::ZERO {
+            // A symmetric top: k = 0, and there is no difference to share.
+            return QuarterMeans { mean: DoubleDouble::ONE, share: DoubleDouble::ZERO };
+        }
         let square = self.other_pole * self.separation / (self.middle_pole * self.pole_part);
         quarter_means(square.sqrt(), self.other_pole / self.middle_pole)
     }
@@ -118,24 +131,25 @@ impl Top {
     /// The rate (rad/s) at which the body turns about the angular momentum L on average, 32 digits. The pole goes round L by
     /// L (L₁²/I₁ + L₂²/I₂) / (L₁² + L₂²), that is L/I₂ and `share` of L/I₁ - L/I₂ (Landau and Lifshitz, section 37); the turn is
     /// counted from where the smallest rotation leaves the body, which meanwhile goes round the pole as the wobble does.
-    pub fn turn_rate(&self, size: DoubleDouble, means: &QuarterMeans) -> DoubleDouble {
-        let excess = size * self.other_middle * means.share / self.volume - self.tau() * means.mean;
-        size / DoubleDouble::from(self.moments[1]) + excess * self.sense
+    pub fn turn_rate(&self, means: &QuarterMeans) -> DoubleDouble {
+        let excess = self.size * self.other_middle * means.share / self.volume - self.tau() * means.mean;
+        self.size / DoubleDouble::from(self.moments[1]) + excess * self.sense
     }
 
     /// L over each moment (rad/s).
-    pub fn rates(&self, size: f64) -> DVec3 {
-        size / DVec3::from_array(self.moments)
+    pub fn rates(&self) -> DVec3 {
+        self.size.high / DVec3::from_array(self.moments)
     }
 
     /// What the sums of the wobble are made from; `mean` is π / 2K.
-    pub fn elements(&self, size: f64, mean: f64) -> Elements {
+    pub fn elements(&self, mean: f64) -> Elements {
         let modulus_square =
             self.other_middle.high * self.other_part.high / (self.middle_pole.high * self.pole_part.high);
-        let [other, middle, pole] = self.square_amplitudes(size);
+        let [other, middle, pole] = self.square_amplitudes();
         let complementary_mean = arithmetic_geometric_mean(1.0, modulus_square.sqrt());
         // dn(iη′) = 1/A₃ where the turn has its poles; η, the rest of iK′, has sn = A₃, cn = A₁, dn² = A₁² + k² A₃².
-        let eta = pole.sqrt() * carlson_first_kind(other, other + modulus_square * pole, 1.0);
+        let eta = || pole.sqrt() * carlson_first_kind(other, other + modulus_square * pole, 1.0);
+        let eta = if modulus_square > 0.0 { eta() } else { f64::INFINITY };
         let amplitudes = DVec3::new(other.sqrt(), self.sense * middle.sqrt(), pole.sqrt());
         Elements { amplitudes, mean, complementary_mean, eta }
     }
@@ -152,8 +166,8 @@ impl Top {
     }
 
     /// The squares of the amplitudes of L₁, L₂, L₃, over L².
-    fn square_amplitudes(&self, size: f64) -> [f64; 3] {
-        let (other, pole, square) = (self.other_part.high, self.pole_part.high, size * size);
+    fn square_amplitudes(&self) -> [f64; 3] {
+        let (other, pole, square) = (self.other_part.high, self.pole_part.high, self.square());
         [
             other / self.other_pole.high / square,
             other / self.middle_pole.high / square,
@@ -161,12 +175,21 @@ impl Top {
         ]
     }
 
+    /// L₃² / L² where it is smallest, at sn = 1: that of the pole times k′².
+    fn pole_at_end(&self) -> f64 {
+        self.separation.high.max(0.0) / self.middle_pole.high / self.square()
+    }
+
+    fn square(&self) -> f64 {
+        self.size.high * self.size.high
+    }
+
     /// The largest |ω| of the motion (rad/s), rounded up. |ω|² = Σ (L_i/I_i)², and the squares of all three components of L are linear
     /// functions of sn² u; so the largest is at sn = 0 or at sn = 1.
-    pub fn fastest(&self, size: f64, rates: DVec3) -> f64 {
-        let [other, middle, pole] = self.square_amplitudes(size);
-        let pole_at_end = self.separation.high.max(0.0) / self.middle_pole.high / (size * size);
-        let squares = rates * rates;
+    pub fn fastest(&self) -> f64 {
+        let [other, middle, pole] = self.square_amplitudes();
+        let pole_at_end = self.pole_at_end();
+        let squares = self.rates() * self.rates();
         let at_other = squares.x * other + squares.z * pole;
         let at_middle = squares.y * middle + squares.z * pole_at_end;
         at_other.max(at_middle).sqrt() * ROUND_UP
@@ -178,11 +201,12 @@ impl Top {
     ///
     /// with p, r, s >= 0: a parabola in z, whose largest value in [0, 1] is at an end or at its vertex. At z = ½ it is at least (p + r + s)/4,
     /// so that the rounding of its coefficients is that of its largest value.
-    pub fn fastest_change(&self, size: f64, rates: DVec3) -> f64 {
-        let [other, middle, pole] = self.square_amplitudes(size);
-        let pole_at_end = self.separation.high.max(0.0) / self.middle_pole.high / (size * size);
-        let volume = self.volume.high / size;
+    pub fn fastest_change(&self) -> f64 {
+        let [other, middle, pole] = self.square_amplitudes();
+        let pole_at_end = self.pole_at_end();
+        let volume = self.volume.high / self.size.high;
         let gaps = DVec3::new(self.middle_pole.high, self.other_pole.high, self.other_middle.high) / volume;
+        let rates = self.rates();
         let factors = rates * rates * gaps * gaps;
         // The pole's square is `pole` at z = 0 and falls by `fall` to z = 1.
         let fall = pole - pole_at_end;

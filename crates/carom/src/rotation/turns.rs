@@ -28,17 +28,14 @@ impl TurnRate {
         Self(self.0.scaled(power))
     }
 
-    /// Where one is after `seconds` from `start` (turns) on, in [-1/2, 1/2] turn.
+    /// Where one is after `seconds` from `start` (turns, in [-1/2, 1/2]) on, in turns but for whole ones.
     #[inline(always)]
     pub fn after(self, seconds: f64, start: f64) -> f64 {
         // The product is exact but for low · seconds, 2^-106 of it, and to take off what is whole is exact.
         let (turns, error) = two_product(self.0.high, seconds);
         let error = error + self.0.low * seconds;
         let (sum, rest) = two_sum(turns - nearest(turns), start);
-        let rest = rest + (error - nearest(error));
-        let fraction = sum - nearest(sum);
-        let within = fraction + rest;
-        within - nearest(within)
+        (sum - nearest(sum)) + (rest + (error - nearest(error)))
     }
 }
 
@@ -94,12 +91,16 @@ pub fn sine_cosine(turns: f64) -> (f64, f64) {
     let square = x * x;
     let sine = x * TWO_PI.0 + x * (TWO_PI.1 + square * polynomial(&SINE, square));
     let cosine = 1.0 + square * polynomial(&COSINE, square);
-    match quarters as i64 & 3 {
-        0 => (sine, cosine),
-        1 => (cosine, -sine),
-        2 => (-sine, -cosine),
-        _ => (-cosine, sine),
-    }
+    // No branch: which quarter it is cannot be foreseen.
+    let quarter = quarters as i64;
+    let (a, b) = if quarter & 1 == 0 { (sine, cosine) } else { (cosine, sine) };
+    (with_sign(a, quarter), with_sign(b, quarter + 1))
+}
+
+/// x, or -x if the second bit of `quarter` is set.
+#[inline(always)]
+fn with_sign(x: f64, quarter: i64) -> f64 {
+    f64::from_bits(x.to_bits() ^ ((quarter as u64 & 2) << 62))
 }
 
 #[cfg(test)]

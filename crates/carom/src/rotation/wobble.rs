@@ -37,7 +37,8 @@ pub struct Elements {
     pub mean: f64,
     /// π / 2K′: the arithmetic-geometric mean of 1 and k. 0 if k is.
     pub complementary_mean: f64,
-    /// The incomplete integral of the first kind η of the modulus k′, of which α = π (K′ - η) / 2K.
+    /// The incomplete integral of the first kind η of the modulus k′, of which α = π (K′ - η) / 2K; infinite
+    /// if k is 0.
     pub eta: f64,
 }
 
