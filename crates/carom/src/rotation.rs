@@ -1,22 +1,25 @@
-//! Free rotation in closed form: how a rigid body on which no torque acts is oriented, and how it turns, any time after its last impact.
+//! Free rotation in closed form: how a body is oriented and how it turns, any time after its last impact.
 //!
-//! A body with three equal moments, or one that turns exactly about a principal axis, turns about a fixed axis. In every other case the
-//! angular momentum L stays where it is in the world and wanders in the body (Euler's equations), round one principal axis, the pole: that
-//! of the largest moment if L² > 2 E I₂, of the smallest if less. The orientation is the product of three rotations: the smallest one that
-//! brings the direction of L in the body to the pole; a turn about the pole; and a constant one that brings the pole to where L points in the
-//! world. The turn's angle θ grows by
+//! A body with three equal moments of inertia, or one that turns exactly about a principal axis, turns about a fixed
+//! axis. In every other case the angular momentum L, which stays where it is in the world, wanders in the body (Euler's
+//! equations), round one principal axis, the pole: that of the largest moment if L² > 2 E I₂, of the smallest if less.
+//! The orientation is then a product of three rotations: the smallest one that brings the direction of L in the body to
+//! the pole; a turn about the pole by an angle θ; and a constant one that brings the pole to where L points in the
+//! world. The angle grows by
 //!
-//!   dθ/dt = (2E + L ω_p) / (L + I_p ω_p),
+//!   dθ/dt = (2E + L ω₃) / (L + I₃ ω₃),
 //!
-//! ω_p the component about the pole: on average at a constant rate, and the rest is periodic with the wobble
-//! ([`wobble`](self::wobble) sums both). A symmetric top is the limit in which two plain rotations are left.
+//! where 3 is the pole: at a constant rate on average, and the rest has the period of the wobble. A symmetric top is
+//! the limit in which two plain rotations are left.
 //!
-//! What is evaluated is exact up to rounding, after any time: nothing is integrated in steps. The two rates (of the wobble and of the
-//! turn) are computed with 32 digits once an impact, because their errors grow with time; everything else needs the precision of a
-//! double, because it does not. Close to the separatrix, L² = 2 E I₂, the rates depend on differences of the moments and of the components of L;
-//! these too are taken with 32 digits, and the complementary modulus from them, never from 1 - k².
+//! What is evaluated is exact up to rounding, after any time: nothing is integrated in steps. The two rates, that of
+//! the wobble and the mean one of the angle, have 32 digits, because their errors grow with time; everything else has
+//! the precision of a double, because its errors do not. Close to the separatrix, L² = 2 E I₂, and for nearly equal
+//! moments the rates depend on small differences; these are taken with 32 digits too, and the complementary modulus
+//! from them, never from 1 - k².
 //!
-//! Sources: L. D. Landau and E. M. Lifshitz, Mechanics, section 37; R. van Zon and J. Schofield, J. Comput. Phys. 225 (2007) 145.
+//! Sources: L. D. Landau and E. M. Lifshitz, Mechanics, section 37; R. van Zon and J. Schofield, J. Comput. Phys. 225
+//! (2007) 145. How the angle is summed is explained with the wobble.
 
 mod double_double;
 mod elliptic;
@@ -74,7 +77,7 @@ struct Tumbling {
     phase_at_start: f64,
     /// Of half of the even part of the angle about the angular momentum.
     half_turn: TurnRate,
-    /// 1 if the pole is the axis of the largest moment: the sense of the wobble seen from the pole. -1 if of the smallest.
+    /// The sense of the wobble seen from the pole: 1 about the axis of the largest moment, -1 about the smallest's.
     sense: f64,
     /// L over each moment (rad/s), along the axes of the wobble.
     rates: DVec3,
@@ -83,11 +86,11 @@ struct Tumbling {
 }
 
 impl Rotation {
-    /// The rotation of a body with these principal moments of inertia (kg m², in the order of its axes; each positive), of this
-    /// orientation (principal axes to world; a unit quaternion but for rounding, of which only the direction counts) and this
-    /// angular velocity (rad/s, world axes).
+    /// The rotation of a body with these principal moments of inertia (kg m², in the order of its axes; each positive),
+    /// of this orientation (principal axes to world; a unit quaternion but for rounding, of which only the direction
+    /// counts) and this angular velocity (rad/s, world axes).
     pub fn new(moments: DVec3, orientation: DQuat, angular_velocity: DVec3) -> Self {
-        // Powers of two, taken off and put back without rounding: no square or product below leaves the range of a double.
+        // Powers of two, taken off and put back without rounding, so that no square below leaves the range of a double.
         let (inertia_unit, rate_unit) = (binary_unit(moments), binary_unit(angular_velocity));
         let start =
             Start { moments: (moments / inertia_unit).to_array(), orientation, rates: angular_velocity / rate_unit };
@@ -107,8 +110,8 @@ impl Rotation {
         rotation
     }
 
-    /// The orientation `seconds` after the start: a unit quaternion, principal axes to world. It is continuous in time: its sign is
-    /// that which the body has turned to.
+    /// The orientation `seconds` after the start: a unit quaternion, principal axes to world. It is continuous in time:
+    /// its sign is that which the body has turned to.
     pub fn orientation_after(&self, seconds: f64) -> DQuat {
         match &self.motion {
             Motion::Steady(steady) => steady.orientation_after(seconds),
@@ -137,8 +140,8 @@ impl Rotation {
         self.fastest
     }
 
-    /// The largest |dω/dt| (rad/s²) of the whole flight, or up to a few ulp more: a bound, and one that is reached. It is the same in
-    /// the world and in the body, because the two differ by ω × ω.
+    /// The largest |dω/dt| (rad/s²) of the whole flight, or up to a few ulp more: a bound, and one that is reached. It
+    /// is the same in the world and in the body, because the two differ by ω × ω.
     pub fn fastest_change(&self) -> f64 {
         self.fastest_change
     }
@@ -157,8 +160,8 @@ impl Rotation {
         direction * self.angular_momentum
     }
 
-    /// The time (s) after which the angular velocity is the same again in body axes, 4 K / τ. Infinite on the separatrix; `None` if the
-    /// body turns about a fixed axis.
+    /// The time (s) after which the angular velocity is the same again in body axes, 4 K / τ. Infinite on the
+    /// separatrix; `None` if the body turns about a fixed axis.
     pub fn wobble_period(&self) -> Option<f64> {
         match &self.motion {
             Motion::Steady(_) => None,
@@ -186,8 +189,8 @@ impl Tumbling {
         (orientation, orientation * self.axes.to_body(self.rates * direction))
     }
 
-    /// The rotation, in body axes, that brings the angular momentum to the pole and turns about it; and the direction of the angular
-    /// momentum, along the axes of the wobble.
+    /// The rotation, in body axes, that brings the angular momentum to the pole and turns about it; and the direction
+    /// of the angular momentum, along the axes of the wobble.
     #[inline(always)]
     fn turned_to_pole(&self, seconds: f64) -> (DQuat, DVec3) {
         let point = self.wobble.at(self.phase_after(seconds));
@@ -195,7 +198,8 @@ impl Tumbling {
         let (sine, cosine) = sine_cosine(self.half_turn.after(seconds, self.sense * point.lead));
         let [real, imaginary] = [point.uneven[0], self.sense * point.uneven[1]];
         let (c, s) = (cosine * real - sine * imaginary, cosine * imaginary + sine * real);
-        // (c + s e₃) (1 + n₃ + n × e₃), of which the second factor is the smallest rotation from n to the pole e₃, times a number.
+        // (c + s e₃) (1 + n₃ + n × e₃): the second factor is the smallest rotation from n to the pole e₃, times a
+        // number.
         let (along, scalar) = (s * (1.0 + n.z), c * (1.0 + n.z));
         let vector = self.axes.to_body(DVec3::new(c * n.y + s * n.x, s * n.y - c * n.x, along));
         (DQuat::from_xyzw(vector.x, vector.y, vector.z, scalar).normalize(), n)
@@ -217,7 +221,7 @@ fn binary_unit(vector: DVec3) -> f64 {
     if largest > 0.0 { libm::scalbn(1.0, libm::frexp(largest).1 - 1) } else { 1.0 }
 }
 
-/// The state right after an impact, in units in which the largest moment and the largest component of ω are from 1 to 2.
+/// The state right after an impact, in units that leave the largest moment and the largest component of ω in [1, 2).
 struct Start {
     moments: [f64; 3],
     orientation: DQuat,
@@ -255,8 +259,8 @@ impl Start {
         )
     }
 
-    /// Whether L × ω is zero exactly: the axis of rotation is then fixed in the body. Next to it, it is not, and near the middle axis
-    /// the body turns over, be it ever so late.
+    /// Whether L × ω is zero exactly: the axis of rotation is then fixed in the body. Next to it, it is not, and near
+    /// the middle axis the body turns over, be it ever so late.
     fn is_steady(&self, momentum: &[DoubleDouble; 3]) -> bool {
         [(0, 1), (1, 2), (2, 0)]
             .iter()
@@ -308,7 +312,8 @@ impl Start {
     }
 }
 
-/// The angular velocity along the body's axes with 32 digits: the rates depend on it, and near the separatrix on its small differences.
+/// The angular velocity along the body's axes with 32 digits: the rates depend on it, and near the separatrix on its
+/// small differences.
 fn body_rates(orientation: DQuat, angular_velocity: DVec3) -> [DoubleDouble; 3] {
     let DQuat { x, y, z, w } = orientation;
     let of = DoubleDouble::product;

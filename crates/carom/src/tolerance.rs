@@ -60,5 +60,4 @@ pub const GROWN: f64 = 1.0 / (1u64 << 36) as f64;
 /// 2^-400 or 4e-121): products of their squares would underflow. Rounding of ω in the world leaves 1e-16, unless the axes of
 /// body and world are parallel. (It matters only about the middle axis, where such a body would turn over after about 280
 /// times the time constant of that instability.)
-pub const NEGLIGIBLE_MOMENTUM: f64 =
-    1.0 / (1u128 << 100) as f64 / (1u128 << 100) as f64 / (1u128 << 100) as f64 / (1u128 << 100) as f64;
+pub const NEGLIGIBLE_MOMENTUM: f64 = f64::from_bits((1023 - 400) << 52);

@@ -123,9 +123,9 @@ fn rotation_agrees_with_ninety_digits() {
                     worst.note(class, "attitude, 1e6 periods / angle", error / turned, row);
                 }
             }
-            // The start and one evaluation are some dozens of roundings, whatever the time; the rates have 32 digits, less what
-            // nearly equal moments and the nearness of the separatrix take off. (Promised is less: 1e-11 rad to 1e3 periods, then
-            // 1e-15 of the angle, near the separatrix over the distance from it.)
+            // The start and one evaluation are some dozens of roundings, whatever the time; the rates have 32 digits,
+            // less what nearly equal moments and the nearness of the separatrix take off. (Promised is less: 1e-11 rad
+            // to 1e3 periods, then 1e-15 of the angle, near the separatrix over the distance from it.)
             let allowed = 1e-14 + 1e-19 * turned;
             assert!(error <= allowed, "row {row} ({class}), {time} s: {error:e} rad of {allowed:e}");
             if rotation.fastest() > 0.0 {
@@ -154,7 +154,8 @@ fn check_conserved(case: &Case, state: (DQuat, DVec3), rotation: &Rotation, wors
     if case.energy == 0.0 {
         return;
     }
-    // In a needle that spins about itself the rounding of ω alone turns L by I_max |ω| ε; where the moments are like, that is ε L.
+    // In a needle that spins about itself the rounding of ω alone turns L by I_max |ω| ε; where the moments are like,
+    // that is ε L.
     let unit = case.moments.max_element();
     let size = case.angular_momentum / unit;
     let condition = rates.length() / size;
@@ -177,7 +178,8 @@ fn check_conserved(case: &Case, state: (DQuat, DVec3), rotation: &Rotation, wors
     assert!((stated - start).length() <= 8.0 * EPSILON * size * condition);
 }
 
-// --- what must hold of every rotation ---------------------------------------------------------------------------------
+// --- what must hold of every rotation
+// ---------------------------------------------------------------------------------
 
 /// A body's moments (none is more than the others' sum), an orientation, an angular velocity.
 fn random_body(lcg: &mut Lcg) -> (DVec3, DQuat, DVec3) {
@@ -215,6 +217,28 @@ fn it_begins_as_it_was_given() {
     }
 }
 
+/// No sign of the quaternion jumps, wherever a period ends.
+#[test]
+fn the_quaternion_is_continuous() {
+    let mut lcg = Lcg(9);
+    for round in 0..300 {
+        let (moments, orientation, rates) = random_body(&mut lcg);
+        // Every third near the separatrix of moments 1, 2, 3: m₃² = 3 m₁².
+        let near = DVec3::new(1.0, lcg.between(-1.0, 1.0), (1.0 + lcg.between(-1e-4, 1e-4)) / 3.0_f64.sqrt());
+        let rotation = match round % 3 {
+            0 => Rotation::new(DVec3::new(1.0, 2.0, 3.0), DQuat::IDENTITY, near),
+            _ => Rotation::new(moments, orientation, rates),
+        };
+        let mut before = rotation.orientation_after(-25.0 / rotation.fastest());
+        for step in 1..1000 {
+            let now = rotation.orientation_after((0.05 * f64::from(step) - 25.0) / rotation.fastest());
+            // It turns by at most 0.05 rad, of which the quaternion has half.
+            assert!(now.dot(before) >= libm::cos(0.025) - 1e-15, "round {round}, step {step}");
+            before = now;
+        }
+    }
+}
+
 #[test]
 fn going_on_from_where_it_is_changes_nothing() {
     let mut lcg = Lcg(2);
@@ -226,8 +250,9 @@ fn going_on_from_where_it_is_changes_nothing() {
         let (q, w) = whole.state_after(first);
         let (p, v) = Rotation::new(moments, q, w).state_after(second);
         let (expected, rate) = whole.state_after(first + second);
-        // The state in between is rounded, which changes the rates by so many ε; the other axes amplify that, most near the
-        // separatrix, where a change of d by ε moves the next flip by ε/d of the time of one: few of these are within 1e-3.
+        // The state in between is rounded, which changes the rates by so many ε; the other axes amplify that, most near
+        // the separatrix, where a change of d by ε moves the next flip by ε/d of the time of one: few of these are
+        // within 1e-3.
         let allowed = EPSILON * condition(moments) * (10.0 + 10.0 * whole.fastest() * (first + second));
         let error = angle_between(p, expected).max((v - rate).length() / whole.fastest());
         worst = worst.max(error / allowed);
@@ -305,7 +330,8 @@ fn symmetric_tops_are_the_limit_of_others() {
                 let angle = lcg.between(0.0, 10.0);
                 let time = angle / exact.fastest();
                 let ((q, w), (p, v)) = (exact.state_after(time), near.state_after(time));
-                // The rates L/I and their differences change by `small` of themselves, where I_max/I_min magnifies that.
+                // The rates L/I and their differences change by `small` of themselves, where I_max/I_min magnifies
+                // that.
                 let allowed = condition(moments) * (64.0 * EPSILON + 8.0 * small * (1.0 + angle));
                 let error = angle_between(q, p).max((w - v).length() / exact.fastest());
                 assert!(error <= allowed, "{name}, {small:e}: {error:e} of {allowed:e}");
@@ -343,8 +369,8 @@ fn the_middle_axis_turns_over_on_time() {
     }
 }
 
-/// On the separatrix itself, L² = 2 E I₂ exactly: one flip and never another, by hyperbolic functions (Landau and Lifshitz,
-/// section 37).
+/// On the separatrix itself, L² = 2 E I₂ exactly: one flip and never another, by hyperbolic functions (Landau and
+/// Lifshitz, section 37).
 #[test]
 fn on_the_separatrix_it_turns_over_once() {
     let moments = DVec3::new(2.0, 3.0, 6.0);

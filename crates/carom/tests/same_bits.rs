@@ -1,5 +1,5 @@
-//! The same scene gives the same bits: in two runs, for any order of insertion, optimised or not, and after a checkpoint.
-//! `make test` compares the golden hashes with and without optimisation.
+//! The same scene gives the same bits: in two runs, for any order of insertion, optimised or not, and after a
+//! checkpoint. `make test` compares the golden hashes with and without optimisation.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 mod support;
@@ -73,8 +73,8 @@ fn cases() -> Vec<(&'static str, Scene, u64, &'static str)> {
     ]
 }
 
-/// Made when balls found each other by cells alone, were predicted one by one and lay in memory by id: what came later has
-/// changed no bit.
+/// Made when balls found each other by cells alone, were predicted one by one and lay in memory by id: what came later
+/// has changed no bit.
 const GOLDEN: [&str; 4] = [
     "b3dc4a4c3980871e05168028fd97617d105cea2ab0561b3dedaa8b923837ec7a",
     "413f4c7c25c8a0cfcad1b348b5b0769379b0ca2194eb768ba285d8985d0b27d5",
@@ -154,8 +154,8 @@ fn any_order_in_memory() {
     assert!(layouts > 0, "the balls were never put into another order");
 }
 
-/// Where pairs meet through several images, it must not matter from which of them the images are counted: that depends on when
-/// a prediction was made.
+/// Where pairs meet through several images, it must not matter from which of them the images are counted: that depends
+/// on when a prediction was made.
 #[test]
 fn narrow_boxes_go_on_from_a_checkpoint() {
     let mut lcg = Lcg(79);

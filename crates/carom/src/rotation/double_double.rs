@@ -1,8 +1,9 @@
 //! Numbers of twice the precision: an unevaluated sum of two doubles, about 32 digits.
 //!
-//! After Dekker (Numer. Math. 18, 1971, 224) and Joldes, Muller and Popescu (ACM Trans. Math. Softw. 44, 2017, 15). The product's error
-//! comes from splitting the factors, not from a fused multiply-add, so that every machine gives the same bits. Relative errors are a
-//! few 2^-104. Nothing here is meant for numbers whose squares leave the range of a double.
+//! After Dekker (Numer. Math. 18, 1971, 224) and Joldes, Muller and Popescu (ACM Trans. Math. Softw. 44, 2017, 15). The
+//! product's error comes from splitting the factors, not from a fused multiply-add, so that every machine gives the
+//! same bits. Relative errors are a few 2^-104. Nothing here is meant for numbers whose squares leave the range of a
+//! double.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -2,7 +2,8 @@
 
 use super::double_double::DoubleDouble;
 
-/// The arithmetic-geometric mean of two numbers that are not negative; 0 if one of them is 0. It converges quadratically.
+/// The arithmetic-geometric mean of two numbers that are not negative; 0 if one of them is 0. It converges
+/// quadratically.
 pub fn arithmetic_geometric_mean(mut a: f64, mut b: f64) -> f64 {
     if a == 0.0 || b == 0.0 {
         return 0.0;
@@ -17,9 +18,9 @@ pub fn arithmetic_geometric_mean(mut a: f64, mut b: f64) -> f64 {
     }
 }
 
-/// Carlson's symmetric integral of the first kind, R_F(x, y, z) = ½ ∫₀^∞ dt / √((t + x)(t + y)(t + z)), of numbers that are not
-/// negative, at most one of them 0: by duplication until they are nearly equal, then a series (Carlson, Numer. Algorithms 10, 1995,
-/// 13; DLMF 19.36.1). Nothing cancels, so a small argument keeps its meaning however small it is.
+/// Carlson's symmetric integral of the first kind, R_F(x, y, z) = ½ ∫₀^∞ dt / √((t + x)(t + y)(t + z)), of numbers that
+/// are not negative, at most one of them 0: by duplication until they are nearly equal, then a series (Carlson, Numer.
+/// Algorithms 10, 1995, 13; DLMF 19.36.1). Nothing cancels, so a small argument keeps its meaning however small it is.
 pub fn carlson_first_kind(mut x: f64, mut y: f64, mut z: f64) -> f64 {
     loop {
         let mean = (x + y + z) / 3.0;
@@ -47,8 +48,9 @@ pub struct QuarterMeans {
     pub share: DoubleDouble,
 }
 
-/// For a complementary modulus 0 < k′ <= 1 and p >= 1, by Bulirsch's transformation (Numer. Math. 13, 1969, 305, cel), of which every
-/// term is positive. The differences halve their digits' distance each round: five rounds where k′ is not small, ten for k′ = 1e-15.
+/// For a complementary modulus 0 < k′ <= 1 and p >= 1, by Bulirsch's transformation (Numer. Math. 13, 1969, 305, cel),
+/// of which every term is positive. The differences halve their digits' distance each round: five rounds where k′ is
+/// not small, ten for k′ = 1e-15.
 pub fn quarter_means(complementary_modulus: DoubleDouble, p: DoubleDouble) -> QuarterMeans {
     let mut geometric = complementary_modulus;
     let mut arithmetic = DoubleDouble::ONE;

@@ -1,12 +1,14 @@
 //! The constants of a wobble, from the principal moments and the angular momentum right after an impact.
 //!
-//! Indices 1, 2, 3 stand for the other axis, the middle one and the pole; L₁, L₂, L₃ are the components of the angular momentum. With
+//! Indices 1, 2, 3 stand for the other axis, the middle one and the pole; L₁, L₂, L₃ are the components of the angular
+//! momentum. With
 //!
 //!   A = I₂ |I₃ - I₁|,  B = I₁ |I₃ - I₂|,  G = I₃ |I₂ - I₁| = A - B,  V = I₁ I₂ I₃,
 //!   P = A L₃² + G L₂²,  O = A L₁² + B L₂²,  D = B L₃² - G L₁²,
 //!
-//! Jacobi's solution has τ² = B P / V², k² = G O / B P and k′² = A D / B P, and the squares of the amplitudes are O/A, O/B, P/A. Only D
-//! is a difference, by which |L² - 2 E I₂| = D / I₁ I₃: it vanishes on the separatrix. Neither symmetry nor the separatrix makes any of them 0/0.
+//! Jacobi's solution has τ² = B P / V², k² = G O / B P and k′² = A D / B P, and the squares of the amplitudes are O/A,
+//! O/B, P/A. Only D is a difference, by which |L² - 2 E I₂| = D / I₁ I₃: it vanishes on the separatrix. Neither
+//! symmetry nor the separatrix makes any of them 0/0.
 
 use std::f64::consts::TAU;
 
@@ -115,7 +117,8 @@ impl Top {
         (self.middle_pole * self.pole_part).sqrt() / self.volume
     }
 
-    /// π / 2K, and the part of a period's mean that belongs to the other axis rather than the middle one; both 0 on the separatrix.
+    /// π / 2K, and the part of a period's mean that belongs to the other axis rather than the middle one; both 0 on the
+    /// separatrix.
     pub fn quarter_means(&self) -> QuarterMeans {
         if self.separation.high <= 0.0 {
             return QuarterMeans { mean: DoubleDouble::ZERO, share: DoubleDouble::ZERO };
@@ -128,9 +131,10 @@ impl Top {
         quarter_means(square.sqrt(), self.other_pole / self.middle_pole)
     }
 
-    /// The rate (rad/s) at which the body turns about the angular momentum L on average, 32 digits. The pole goes round L by
-    /// L (L₁²/I₁ + L₂²/I₂) / (L₁² + L₂²), that is L/I₂ and `share` of L/I₁ - L/I₂ (Landau and Lifshitz, section 37); the turn is
-    /// counted from where the smallest rotation leaves the body, which meanwhile goes round the pole as the wobble does.
+    /// The rate (rad/s) at which the body turns about the angular momentum L on average, 32 digits. The pole goes round
+    /// L by L (L₁²/I₁ + L₂²/I₂) / (L₁² + L₂²), that is L/I₂ and `share` of L/I₁ - L/I₂ (Landau and Lifshitz, section
+    /// 37); the turn is counted from where the smallest rotation leaves the body, which meanwhile goes round the pole
+    /// as the wobble does.
     pub fn turn_rate(&self, means: &QuarterMeans) -> DoubleDouble {
         let excess = self.size * self.other_middle * means.share / self.volume - self.tau() * means.mean;
         self.size / DoubleDouble::from(self.moments[1]) + excess * self.sense
@@ -184,8 +188,8 @@ impl Top {
         self.size.high * self.size.high
     }
 
-    /// The largest |ω| of the motion (rad/s), rounded up. |ω|² = Σ (L_i/I_i)², and the squares of all three components of L are linear
-    /// functions of sn² u; so the largest is at sn = 0 or at sn = 1.
+    /// The largest |ω| of the motion (rad/s), rounded up. |ω|² = Σ (L_i/I_i)², and the squares of all three components
+    /// of L are linear functions of sn² u; so the largest is at sn = 0 or at sn = 1.
     pub fn fastest(&self) -> f64 {
         let [other, middle, pole] = self.square_amplitudes();
         let pole_at_end = self.pole_at_end();
@@ -195,12 +199,13 @@ impl Top {
         at_other.max(at_middle).sqrt() * ROUND_UP
     }
 
-    /// The largest |dω/dt| of the motion (rad/s²), rounded up. Euler's equations, dω₁/dt = L₂ L₃ (1/I₃ - 1/I₂) / I₁ and so on, give
+    /// The largest |dω/dt| of the motion (rad/s²), rounded up. Euler's equations, dω₁/dt = L₂ L₃ (1/I₃ - 1/I₂) / I₁ and
+    /// so on, give
     ///
     ///   |dω/dt|² = p z (1 - k² z) + r (1 - k² z)(1 - z) + s z (1 - z),  z = sn² u,
     ///
-    /// with p, r, s >= 0: a parabola in z, whose largest value in [0, 1] is at an end or at its vertex. At z = ½ it is at least (p + r + s)/4,
-    /// so that the rounding of its coefficients is that of its largest value.
+    /// with p, r, s >= 0: a parabola in z, whose largest value in [0, 1] is at an end or at its vertex. At z = ½ it is
+    /// at least (p + r + s)/4, so that the rounding of its coefficients is that of its largest value.
     pub fn fastest_change(&self) -> f64 {
         let [other, middle, pole] = self.square_amplitudes();
         let pole_at_end = self.pole_at_end();

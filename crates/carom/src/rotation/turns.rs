@@ -2,8 +2,8 @@
 
 use super::double_double::{DoubleDouble, two_product, two_sum};
 
-/// A rate in turns a second, of twice the precision: after 1e12 turns its own rounding is still far below that of the angle within
-/// the last turn. In a plain double it would be half a unit in the last place of the whole angle.
+/// A rate in turns a second, of twice the precision: after 1e12 turns its own rounding is still far below that of the
+/// angle within the last turn. In a plain double it would be half a unit in the last place of the whole angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TurnRate(DoubleDouble);
 
@@ -47,7 +47,8 @@ pub fn nearest(x: f64) -> f64 {
     if x.abs() < 2_251_799_813_685_248.0 { (x + SHIFT) - SHIFT } else { x.round_ties_even() }
 }
 
-/// (2π)^(2k+1) / (2k+1)! with alternating signs, from k = 1 on: the next term is 1e-19 of the sine at an eighth of a turn.
+/// (2π)^(2k+1) / (2k+1)! with alternating signs, from k = 1 on: the next term is 1e-19 of the sine at an eighth of a
+/// turn.
 const SINE: [f64; 8] = [
     -41.34170224039976,
     81.60524927607506,
@@ -71,7 +72,7 @@ const COSINE: [f64; 8] = [
     0.28200596845579123,
 ];
 
-/// Σ c[k] x^k, in pairs, which a processor adds up in half the time.
+/// Σ c_k x^k, in pairs, which a processor adds up in half the time.
 #[inline(always)]
 fn polynomial(c: &[f64; 8], x: f64) -> f64 {
     let square = x * x;
@@ -81,7 +82,8 @@ fn polynomial(c: &[f64; 8], x: f64) -> f64 {
     low + high * fourth
 }
 
-/// Sine and cosine of an angle in turns, |turns| < 2^50, each to within about a unit in the last place of the larger of the two.
+/// Sine and cosine of an angle in turns, |turns| < 2^50, each to within about a unit in the last place of the larger of
+/// the two.
 #[inline(always)]
 pub fn sine_cosine(turns: f64) -> (f64, f64) {
     /// 2π and what the double leaves out of it.

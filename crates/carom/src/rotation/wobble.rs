@@ -1,21 +1,23 @@
-//! How the angular momentum wanders in the body, and how unevenly the body goes round it meanwhile: sums of theta functions.
+//! How the angular momentum wanders in the body, and how unevenly the body goes round it meanwhile: sums of theta
+//! functions.
 //!
-//! Axes here are those of the wobble: the first two are the other axis and the middle one, the third is the pole, the principal axis
-//! (of the largest or the smallest moment) about which the angular momentum circulates in the body, pointing to its side of it. With
-//! u growing in proportion to time, the direction of the angular momentum is
+//! Axes here are those of the wobble: the first two are the other axis and the middle one, the third is the pole, the
+//! principal axis (of the largest or the smallest moment) about which the angular momentum circulates in the body,
+//! pointing to its side of it. With u growing in proportion to time, the direction of the angular momentum is
 //!
 //!   n = (A₁ cn u, ± A₂ sn u, A₃ dn u),
 //!
-//! of modulus k and quarter period K. Each of the three is a quotient of two theta functions of v = π u / 2K. The body is turned about
-//! the angular momentum by an angle that grows evenly but for a part of the period of dn. Half of that part is the argument of
-//! ϑ₄(v ∓ iα) of the nome q², where q is that of k: so its sine and cosine, which an orientation needs, come without an inverse
-//! function, and no sign is lost. (Jacobi, Crelle 39, 1850, 293, has this for the direction cosines; van Zon and Schofield, J. Comput.
-//! Phys. 225, 2007, 145, for matrices. It is this simple because the angle is measured not from the nodes but from where the smallest
-//! rotation that brings n to the pole leaves the body; then it also has a meaning when n is at the pole.)
+//! of modulus k and quarter period K. Each of the three is a quotient of two theta functions of v = π u / 2K. The body
+//! is turned about the angular momentum by an angle that grows evenly but for a part of the period of dn. Half of that
+//! part is the argument of ϑ₄(v ∓ iα) of the nome q², where q is that of k: so its sine and cosine, which an
+//! orientation needs, come without an inverse function, and no sign is lost. (Jacobi, Crelle 39, 1850, 293, has this
+//! for the direction cosines; van Zon and Schofield, J. Comput. Phys. 225, 2007, 145, for matrices. It is this simple
+//! because the angle is measured not from the nodes but from where the smallest rotation that brings n to the pole
+//! leaves the body; then it also has a meaning when n is at the pole.)
 //!
-//! Two sums give the same: one in powers of q, which circular functions multiply, and, near the separatrix, where q nears 1, Jacobi's
-//! transform of it in powers of Q, ln q ln Q = π², which hyperbolic functions multiply. They meet at q = e⁻², Q = 0.0072. What is left
-//! out of either is below 3e-17.
+//! Two sums give the same: one in powers of q, which circular functions multiply, and, near the separatrix, where q
+//! nears 1, Jacobi's transform of it in powers of Q, ln q ln Q = π², which hyperbolic functions multiply. They meet at
+//! q = e⁻², Q = 0.0072. What is left out of either is below 3e-17.
 
 use std::f64::consts::PI;
 
@@ -26,7 +28,7 @@ use super::turns::{nearest, sine_cosine};
 /// The nome up to which circular functions are summed, e⁻²: beyond, the other sum takes fewer terms.
 const LARGEST_NOME: f64 = 0.135_335_283_236_612_7;
 
-/// The stretch of a wobble whose K is infinite; that of any other is at least π²/2.
+/// The stretch of a wobble whose K is infinite; that of any other is at least π².
 const OPEN: f64 = 1.0;
 
 /// What a wobble consists of, once an impact.
@@ -67,7 +69,7 @@ pub enum Wobble {
         amplitudes: DVec3,
         /// Q.
         nome: f64,
-        /// How much w = π u / 2K′ grows from turn to turn of v; where K is infinite, v stands for w itself, and this is 1.
+        /// How much w = π u / 2K′ grows in a turn of v; 1 where K is infinite, and v stands for w itself.
         stretch: f64,
         /// Cosine and sine of β = π (K′ - η) / 4K′.
         beta: [f64; 2],
@@ -110,7 +112,8 @@ impl Wobble {
     /// `q_e2alpha` is q e^(2α), between q and 1.
     fn trigonometric(amplitudes: DVec3, nome: f64, q_e2alpha: f64) -> Self {
         let powers = Powers::of(nome);
-        // ϑ₂ (over 2 q^(1/4)), ϑ₃ and ϑ₄ at v = 0, where cn = dn = 1; at v = π/2, where sn = 1, ϑ₁ is ϑ₂ and ϑ₄ is ϑ₃ of 0.
+        // ϑ₂ (over 2 q^(1/4)), ϑ₃ and ϑ₄ at v = 0, where cn = dn = 1; at v = π/2, where sn = 1, ϑ₁ is ϑ₂ and ϑ₄ is ϑ₃
+        // of 0.
         let second = 1.0 + powers.second + powers.sixth + powers.twelfth;
         let even = 2.0 * (powers.fourth + powers.sixteenth);
         let odd = 2.0 * (nome + powers.ninth);
@@ -260,7 +263,8 @@ fn uneven(angles: &Multiples, q: &Powers, near: f64, far: f64) -> [f64; 2] {
     ]
 }
 
-/// Powers of x = e^(-w) and y = Q e^w, for 0 <= w <= ½ ln (1/Q): both decay, x from the middle of the half period, y from its end.
+/// Powers of x = e^(-w) and y = Q e^w, for 0 <= w <= ½ ln (1/Q): both decay, x from the middle of the half period, y
+/// from its end.
 struct Decays {
     x: f64,
     y: f64,
