@@ -86,9 +86,9 @@ struct Tumbling {
 }
 
 impl Rotation {
-    /// The rotation of a body with these principal moments of inertia (kg m², in the order of its axes; each positive),
-    /// of this orientation (principal axes to world; a unit quaternion but for rounding, of which only the direction
-    /// counts) and this angular velocity (rad/s, world axes).
+    /// The rotation of a body with these principal moments of inertia (kg m², in the order of its axes; each positive,
+    /// none more than 1e60 times another), of this orientation (principal axes to world; a unit quaternion but for
+    /// rounding, of which only the direction counts) and this angular velocity (rad/s, world axes).
     pub fn new(moments: DVec3, orientation: DQuat, angular_velocity: DVec3) -> Self {
         // Powers of two, taken off and put back without rounding, so that no square below leaves the range of a double.
         let (inertia_unit, rate_unit) = (binary_unit(moments), binary_unit(angular_velocity));
@@ -289,12 +289,14 @@ impl Start {
         let means = top.quarter_means();
         let wobble = Wobble::new(&top.elements(means.mean.high));
         let is_open = wobble.is_open();
+        let tau = top.tau();
+        let frequency = tau * means.mean;
         let mut tumbling = Tumbling {
             axes: top.axes,
             wobble,
-            phase: if is_open { TurnRate::open(top.tau()) } else { TurnRate::from_radians(top.tau() * means.mean) },
+            phase: if is_open { TurnRate::open(tau) } else { TurnRate::from_radians(frequency) },
             phase_at_start: top.phase_at_start(is_open, means.mean.high),
-            half_turn: TurnRate::from_radians(top.turn_rate(&means).scaled(0.5)),
+            half_turn: TurnRate::from_radians(top.turn_rate(frequency, means.share).scaled(0.5)),
             sense: top.sense,
             rates: top.rates(),
             to_world: DQuat::IDENTITY,

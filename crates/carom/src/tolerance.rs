@@ -57,7 +57,7 @@ pub const UNIT_LENGTH: f64 = 1.0 / (1u64 << 39) as f64;
 pub const GROWN: f64 = 1.0 / (1u64 << 36) as f64;
 
 /// Components of a body's angular momentum along its principal axes are 0 below this fraction of the largest (pure number,
-/// 2^-400 or 4e-121): products of their squares would underflow. Rounding of ω in the world leaves 1e-16, unless the axes of
-/// body and world are parallel. (It matters only about the middle axis, where such a body would turn over after about 280
+/// 2^-300 or 5e-91): products of their squares would underflow. Rounding of ω in the world leaves 1e-16, unless the axes of
+/// body and world are parallel. (It matters only about the middle axis, where such a body would turn over after about 210
 /// times the time constant of that instability.)
-pub const NEGLIGIBLE_MOMENTUM: f64 = f64::from_bits((1023 - 400) << 52);
+pub const NEGLIGIBLE_MOMENTUM: f64 = f64::from_bits((1023 - 300) << 52);

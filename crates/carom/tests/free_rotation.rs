@@ -458,7 +458,8 @@ fn nothing_breaks_at_the_extremes() {
         _ => lcg.between(0.1, 1.0),
     };
     for round in 0..200_000 {
-        let moments = DVec3::from_array(std::array::from_fn(|_| extreme(&mut lcg, 4.0)));
+        let decades = if round % 2 == 0 { 4.0 } else { 30.0 };
+        let moments = DVec3::from_array(std::array::from_fn(|_| extreme(&mut lcg, decades)));
         let mut rates = DVec3::from_array(std::array::from_fn(|_| extreme(&mut lcg, 100.0)));
         if lcg.uniform() < 0.3 {
             rates[(lcg.uniform() * 3.0) as usize] = 0.0;

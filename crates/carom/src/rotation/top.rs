@@ -134,9 +134,9 @@ impl Top {
     /// The rate (rad/s) at which the body turns about the angular momentum L on average, 32 digits. The pole goes round
     /// L by L (L₁²/I₁ + L₂²/I₂) / (L₁² + L₂²), that is L/I₂ and `share` of L/I₁ - L/I₂ (Landau and Lifshitz, section
     /// 37); the turn is counted from where the smallest rotation leaves the body, which meanwhile goes round the pole
-    /// as the wobble does.
-    pub fn turn_rate(&self, means: &QuarterMeans) -> DoubleDouble {
-        let excess = self.size * self.other_middle * means.share / self.volume - self.tau() * means.mean;
+    /// with the `frequency` of the wobble.
+    pub fn turn_rate(&self, frequency: DoubleDouble, share: DoubleDouble) -> DoubleDouble {
+        let excess = self.size * self.other_middle * share / self.volume - frequency;
         self.size / DoubleDouble::from(self.moments[1]) + excess * self.sense
     }
 
