@@ -8,6 +8,7 @@ use crate::error::{CheckError, Problem};
 use crate::event::Kind;
 use crate::predict::{ShapeKind, ball_ball, ball_plane, kind_of_pair};
 use crate::resolve::newton::Contact;
+use crate::resolve::turning::{Arms, Mobility, TurningContact, Twist};
 use crate::simulation::approach_speed;
 use crate::tolerance::{LIMITS, RESTING, UNIT_LENGTH, touching};
 
@@ -306,45 +307,27 @@ fn check_free(a: &Body, b: &Body) -> Result<(), Problem> {
     Ok(())
 }
 
-/// A body's answer to an impulse at a point: 1/m and I⁻¹ in world axes; nothing of one in prescribed motion.
-struct Mobility {
-    inverse_mass: f64,
-    inverse_inertia: DMat3,
-    arm: DVec3,
-}
-
-impl Mobility {
-    fn new(body: &Body, row: i64, point: DVec3) -> Result<Self, Problem> {
-        if body.mass == f64::INFINITY {
-            return Ok(Self { inverse_mass: 0.0, inverse_inertia: DMat3::ZERO, arm: point - body.position });
-        }
-        if !(body.inertia.is_finite() && body.inertia.min_element() > 0.0) {
-            return Err(Problem::new("body", Some(row), "inertia", body.inertia, "must be positive and finite"));
-        }
-        let [w, x, y, z] = body.orientation;
-        let norm = (w * w + x * x + y * y + z * z).sqrt();
-        if !((norm - 1.0).abs() <= UNIT_LENGTH) {
-            return Err(Problem::new(
-                "body",
-                Some(row),
-                "orientation",
-                format!("{:?}", body.orientation),
-                "must be a unit quaternion (w, x, y, z)",
-            ));
-        }
-        let axes = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
-        Ok(Self {
-            inverse_mass: 1.0 / body.mass,
-            inverse_inertia: axes * DMat3::from_diagonal(body.inertia.recip()) * axes.transpose(),
-            arm: point - body.position,
-        })
+/// A body's answer to an impulse: nothing of one in prescribed motion.
+fn mobility(body: &Body, row: i64) -> Result<Mobility, Problem> {
+    if body.mass == f64::INFINITY {
+        return Ok(Mobility::NONE);
     }
-
-    /// n·(1/m + (I⁻¹ (r × n)) × r)·n
-    fn along(&self, normal: DVec3) -> f64 {
-        let lever = self.arm.cross(normal);
-        self.inverse_mass + lever.dot(self.inverse_inertia * lever)
+    if !(body.inertia.is_finite() && body.inertia.min_element() > 0.0) {
+        return Err(Problem::new("body", Some(row), "inertia", body.inertia, "must be positive and finite"));
     }
+    let [w, x, y, z] = body.orientation;
+    let norm = (w * w + x * x + y * y + z * z).sqrt();
+    if !((norm - 1.0).abs() <= UNIT_LENGTH) {
+        return Err(Problem::new(
+            "body",
+            Some(row),
+            "orientation",
+            format!("{:?}", body.orientation),
+            "must be a unit quaternion (w, x, y, z)",
+        ));
+    }
+    let axes = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
+    Ok(Mobility::new(body.mass, body.inertia, axes))
 }
 
 /// The impact of two rigid bodies at a given contact, without friction:
@@ -364,33 +347,27 @@ pub fn resolve(a: &Body, b: &Body, point: DVec3, normal: DVec3, restitution: f64
     if !((normal.length() - 1.0).abs() <= UNIT_LENGTH) {
         return Err(Problem::new("pair", None, "normal", normal, "must be a unit vector").into());
     }
-    let (mobility_a, mobility_b) = (Mobility::new(a, 0, point)?, Mobility::new(b, 1, point)?);
-    let at_contact = |velocity: [DVec3; 2], spin: [DVec3; 2]| {
-        (velocity[0] + spin[0].cross(mobility_a.arm)) - (velocity[1] + spin[1].cross(mobility_b.arm))
-    };
-    let approach_speed = -normal.dot(at_contact([a.velocity, b.velocity], [a.angular_velocity, b.angular_velocity]));
-    let inverse_mass = mobility_a.along(normal) + mobility_b.along(normal);
-    // Resting or moving away, the contact has nothing to resolve.
-    let resolved_speed = approach_speed.max(0.0);
-    let impulse = (1.0 + restitution) * resolved_speed / inverse_mass;
-    let kick = normal * impulse;
-    let velocities = [a.velocity + kick * mobility_a.inverse_mass, b.velocity - kick * mobility_b.inverse_mass];
-    let angular_velocities = [
-        a.angular_velocity + mobility_a.inverse_inertia * mobility_a.arm.cross(kick),
-        b.angular_velocity - mobility_b.inverse_inertia * mobility_b.arm.cross(kick),
-    ];
+    let twist = |body: &Body| Twist { velocity: body.velocity, angular_velocity: body.angular_velocity };
+    let outcome = TurningContact {
+        normal,
+        points: &[Arms { a: point - a.position, b: point - b.position }],
+        mobilities: [mobility(a, 0)?, mobility(b, 1)?],
+        twists: [twist(a), twist(b)],
+        restitution,
+    }
+    .resolve(None);
     Ok(PairImpact {
         time: 0.0,
         kind: kind_of_pair(a.shape.kind(), b.shape.kind()),
         point,
         normal,
-        approach_speed,
-        separation_speed: normal.dot(at_contact(velocities, angular_velocities)),
-        impulse,
+        approach_speed: outcome.approach_speed,
+        separation_speed: outcome.separation_speed,
+        impulse: outcome.impulse,
         restitution,
-        energy_lost: 0.5 * (1.0 - restitution * restitution) * resolved_speed * resolved_speed / inverse_mass,
-        velocities,
-        angular_velocities,
+        energy_lost: outcome.energy_lost,
+        velocities: outcome.twists.map(|twist| twist.velocity),
+        angular_velocities: outcome.twists.map(|twist| twist.angular_velocity),
         positions: [a.position, b.position],
     })
 }

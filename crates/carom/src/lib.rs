@@ -5,7 +5,7 @@
 //!
 //! 1. [`scene`]: what the user describes; checked and built into a world, or refused with all that is wrong.
 //! 2. [`world`]: what is true now: bodies, each with its own clock, cells of neighbours.
-//! 3. [`flight`]: where a body is at any time after its last impact, in closed form.
+//! 3. [`flight`], [`rotation`]: where a body is and how it is turned at any time after its last impact, in closed form.
 //! 4. [`predict`]: when two bodies next touch; the table of shape pairs.
 //! 5. [`queue`]: future events in order.
 //! 6. [`resolve`]: from contact to impulse.
@@ -28,6 +28,7 @@ pub mod queue;
 pub mod random;
 pub mod record;
 pub mod resolve;
+pub mod rotation;
 pub mod scene;
 pub mod shape;
 pub mod simulation;
@@ -35,4 +36,4 @@ pub mod time;
 pub mod tolerance;
 pub mod world;
 
-pub use glam::DVec3;
+pub use glam::{DQuat, DVec3};

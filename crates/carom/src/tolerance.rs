@@ -101,3 +101,8 @@ pub const MOST_POINTS: usize = 1 << 22;
 
 /// Most triangles of a mesh (a count), twice as many as points.
 pub const MOST_TRIANGLES: usize = 1 << 23;
+/// Components of a body's angular momentum along its principal axes are 0 below this fraction of the largest (pure number,
+/// 2^-300 or 5e-91): products of their squares would underflow. Rounding of ω in the world leaves 1e-16, unless the axes of
+/// body and world are parallel. (It matters only about the middle axis, where such a body would turn over after about 210
+/// times the time constant of that instability.)
+pub const NEGLIGIBLE_MOMENTUM: f64 = f64::from_bits((1023 - 300) << 52);

@@ -1,9 +1,11 @@
-//! The same scene gives the same bits: in two runs, for any order of insertion, optimised or not, and after a checkpoint.
-//! `make test` compares the golden hashes with and without optimisation.
+//! The same scene gives the same bits: in two runs, for any order of insertion, optimised or not, and after a
+//! checkpoint. `make test` compares the golden hashes with and without optimisation.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 mod support;
 
+use carom::DQuat;
+use carom::rotation::Rotation;
 use carom::scene::{Balls, Placement, RadiusDistribution, Scene};
 use carom::simulation::Simulation;
 use carom::world::Boundary;
@@ -71,8 +73,8 @@ fn cases() -> Vec<(&'static str, Scene, u64, &'static str)> {
     ]
 }
 
-/// Made when balls found each other by cells alone, were predicted one by one and lay in memory by id: what came later has
-/// changed no bit.
+/// Made when balls found each other by cells alone, were predicted one by one and lay in memory by id: what came later
+/// has changed no bit.
 const GOLDEN: [&str; 4] = [
     "b3dc4a4c3980871e05168028fd97617d105cea2ab0561b3dedaa8b923837ec7a",
     "413f4c7c25c8a0cfcad1b348b5b0769379b0ca2194eb768ba285d8985d0b27d5",
@@ -94,6 +96,33 @@ fn same_hash_as_ever() {
         assert_eq!(hash, golden, "{name}");
     }
 }
+
+/// Orientations and angular velocities of tops of every kind, near the separatrix and far from it.
+#[test]
+fn same_hash_as_ever_of_rotations() {
+    let mut lcg = Lcg(4);
+    let mut digest = Sha256::new();
+    for round in 0..3000 {
+        let mut moments = vector(lcg.between(1.0, 2.0), lcg.between(1.0, 2.0), lcg.between(1.0, 2.0));
+        let mut rates = lcg.direction();
+        match round % 4 {
+            0 => moments.y = moments.x,
+            1 => rates = (rates * 1e-3 + carom::DVec3::Y).normalize(),
+            _ => {}
+        }
+        let rotation = Rotation::new(moments, DQuat::IDENTITY, rates);
+        for time in [0.0, lcg.between(0.0, 10.0), lcg.between(-1e6, 1e6)] {
+            let (q, w) = rotation.state_after(time);
+            for x in [q.w, q.x, q.y, q.z, w.x, w.y, w.z, rotation.fastest(), rotation.fastest_change()] {
+                digest.update(x.to_bits().to_le_bytes());
+            }
+        }
+    }
+    let hash: String = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    assert_eq!(hash, GOLDEN_ROTATIONS);
+}
+
+const GOLDEN_ROTATIONS: &str = "dc827c1413219d4791eb1e8435fe7d977a15a44fed12a6d3a3aa252ffdb9df91";
 
 /// With two, four and eight numbers side by side, as far as this machine has registers so wide.
 #[test]
@@ -125,8 +154,8 @@ fn any_order_in_memory() {
     assert!(layouts > 0, "the balls were never put into another order");
 }
 
-/// Where pairs meet through several images, it must not matter from which of them the images are counted: that depends on when
-/// a prediction was made.
+/// Where pairs meet through several images, it must not matter from which of them the images are counted: that depends
+/// on when a prediction was made.
 #[test]
 fn narrow_boxes_go_on_from_a_checkpoint() {
     let mut lcg = Lcg(79);
