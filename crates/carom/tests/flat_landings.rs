@@ -45,7 +45,10 @@ fn a_cube_that_lands_flat_keeps_its_spin_to_the_last_bit() {
 
 #[test]
 fn a_rod_that_lands_flat_on_both_ends_does_not_turn() {
-    let points = [Arms { a: DVec3::new(-1.0, 0.0, -0.1), b: DVec3::ZERO }, Arms { a: DVec3::new(1.0, 0.0, -0.1), b: DVec3::ZERO }];
+    let points = [
+        Arms { a: DVec3::new(-1.0, 0.0, -0.1), b: DVec3::ZERO },
+        Arms { a: DVec3::new(1.0, 0.0, -0.1), b: DVec3::ZERO },
+    ];
     let twist = Twist { velocity: DVec3::new(0.0, 0.0, -2.0), angular_velocity: DVec3::ZERO };
     let outcome = on_floor(&points, twist, 1.0, DVec3::new(0.01, 0.3, 0.31), DMat3::IDENTITY);
     assert_eq!(outcome.twists[0].velocity.z, 2.0);
@@ -58,9 +61,20 @@ fn nothing_approaches_after_nothing_pulls_and_energy_is_kept() {
     let mut random = Lcg(12);
     for case in 0..20_000 {
         let count = 2 + (8.0 * random.uniform()) as usize;
-        let tilt = DMat3::from_quat(DQuat::from_xyzw(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0)).normalize());
+        let tilt = DMat3::from_quat(
+            DQuat::from_xyzw(
+                random.between(-1.0, 1.0),
+                random.between(-1.0, 1.0),
+                random.between(-1.0, 1.0),
+                random.between(-1.0, 1.0),
+            )
+            .normalize(),
+        );
         let n = tilt * DVec3::Z;
-        let (a, b) = (tilt * DVec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), 1.0), tilt * DVec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), -1.0));
+        let (a, b) = (
+            tilt * DVec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), 1.0),
+            tilt * DVec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), -1.0),
+        );
         let points: Vec<Arms> = (0..count)
             .map(|_| {
                 let point = tilt * DVec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), 0.0);
@@ -72,7 +86,11 @@ fn nothing_approaches_after_nothing_pulls_and_energy_is_kept() {
         let masses = [1.5, 0.4];
         let twist = |random: &mut Lcg| Twist {
             velocity: DVec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0)),
-            angular_velocity: DVec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0)),
+            angular_velocity: DVec3::new(
+                random.between(-1.0, 1.0),
+                random.between(-1.0, 1.0),
+                random.between(-1.0, 1.0),
+            ),
         };
         let twists = [twist(&mut random), twist(&mut random)];
         let restitution = if case % 2 == 0 { 1.0 } else { random.uniform() };
@@ -103,7 +121,11 @@ fn nothing_approaches_after_nothing_pulls_and_energy_is_kept() {
         assert!(after >= -tolerance, "case {case}: a point approaches at {after:e}");
         assert!(outcome.impulse > 0.0);
         let lost = energy(&twists) - energy(&outcome.twists);
-        assert!((lost - outcome.energy_lost).abs() <= tolerance, "case {case}: {lost:e} lost, {:e} told", outcome.energy_lost);
+        assert!(
+            (lost - outcome.energy_lost).abs() <= tolerance,
+            "case {case}: {lost:e} lost, {:e} told",
+            outcome.energy_lost
+        );
         assert!(lost >= -tolerance);
         let momentum = |twists: &[Twist; 2]| twists[0].velocity * masses[0] + twists[1].velocity * masses[1];
         assert!((momentum(&twists) - momentum(&outcome.twists)).length() <= tolerance);

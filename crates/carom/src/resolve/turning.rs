@@ -148,7 +148,10 @@ impl TurningContact<'_> {
     }
 
     fn unchanged(&self, points: &[Arms]) -> TurningOutcome {
-        let centre = points.iter().copied().reduce(|a, b| if self.speed(&b, &self.twists) < self.speed(&a, &self.twists) { b } else { a });
+        let centre = points
+            .iter()
+            .copied()
+            .reduce(|a, b| if self.speed(&b, &self.twists) < self.speed(&a, &self.twists) { b } else { a });
         let centre = centre.unwrap_or_default();
         let speed = self.speed(&centre, &self.twists);
         TurningOutcome {
@@ -164,7 +167,8 @@ impl TurningContact<'_> {
     /// n·K n (1/kg) between two points: the change of v_AB·n at `other` by a unit impulse at `point`.
     #[inline(always)]
     fn answer(&self, point: &Arms, other: &Arms) -> f64 {
-        self.mobilities[0].along(point.a, other.a, self.normal) + self.mobilities[1].along(point.b, other.b, self.normal)
+        self.mobilities[0].along(point.a, other.a, self.normal)
+            + self.mobilities[1].along(point.b, other.b, self.normal)
     }
 
     /// The twists after impulses (N s) at the points.
@@ -240,7 +244,8 @@ impl TurningContact<'_> {
             centre,
             approach_speed,
             separation_speed: self.restitution * approach_speed,
-            energy_lost: 0.5 * (1.0 - self.restitution * self.restitution) * approach_speed * approach_speed / inverse_mass,
+            energy_lost: 0.5 * (1.0 - self.restitution * self.restitution) * approach_speed * approach_speed
+                / inverse_mass,
         })
     }
 
@@ -292,7 +297,9 @@ impl TurningContact<'_> {
 
     /// Speed (m/s) that none of the points exceeds.
     fn fastest(&self, points: &[Arms]) -> f64 {
-        let arms = points.iter().fold([0.0; 2], |most: [f64; 2], point| [most[0].max(point.a.length()), most[1].max(point.b.length())]);
+        let arms = points
+            .iter()
+            .fold([0.0; 2], |most: [f64; 2], point| [most[0].max(point.a.length()), most[1].max(point.b.length())]);
         let of = |twist: &Twist, arm: f64| twist.velocity.length() + twist.angular_velocity.length() * arm;
         of(&self.twists[0], arms[0]) + of(&self.twists[1], arms[1])
     }
