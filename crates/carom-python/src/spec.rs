@@ -106,6 +106,7 @@ impl Spec {
             domain,
             domain_material,
             balls: balls(&entries.required("balls")?)?,
+            solids: Vec::new(),
             planes: planes.iter().map(plane).collect::<PyResult<_>>()?,
             fills: fills.iter().map(fill).collect::<PyResult<_>>()?,
             shrink_overlaps: entries.find("shrink_overlaps")?,

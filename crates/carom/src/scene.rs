@@ -3,6 +3,8 @@
 mod check;
 mod fill;
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 pub use fill::{Fill, Placement, RadiusDistribution};
@@ -10,6 +12,7 @@ pub use fill::{Fill, Placement, RadiusDistribution};
 use crate::error::{CheckError, Problem};
 use crate::event::Kind;
 use crate::flight::Flight;
+use crate::shape::BodyGeometry;
 use crate::time::Clock;
 use crate::world::{Body, Boundary, Domain, Partner, Plane, RestitutionTable, Spin, World};
 
@@ -84,6 +87,32 @@ impl Balls {
     }
 }
 
+/// A body that turns.
+#[derive(Clone, Debug)]
+pub struct SolidBody {
+    /// Identity, unique among all bodies, 0 or more.
+    pub id: i64,
+    /// Its shape; bodies that are alike share it.
+    pub geometry: Arc<BodyGeometry>,
+    /// Centre of mass (m).
+    pub position: DVec3,
+    /// Unit quaternion (w, x, y, z): the frame in which the shape was given, to world.
+    pub orientation: [f64; 4],
+    /// Velocity (m/s) of the centre of mass.
+    pub velocity: DVec3,
+    /// World axes (rad/s).
+    pub angular_velocity: DVec3,
+    /// Mass (kg); without meaning for fixed bodies.
+    pub mass: f64,
+    /// Moments about the principal axes of the shape (kg m²) in the order of [`BodyGeometry::gyration`], if they are not those
+    /// of a homogeneous body.
+    pub inertia: Option<DVec3>,
+    /// Index of the material.
+    pub material: u32,
+    /// Whether the motion is prescribed: it keeps its velocity and its angular velocity, whatever meets it.
+    pub fixed: bool,
+}
+
 /// A plane as a body: the points with normal·x = offset, moving at `velocity`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneBody {
@@ -100,7 +129,7 @@ pub struct PlaneBody {
 }
 
 /// Everything a run starts from.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Scene {
     /// 2: z is held at zero; 3.
     pub dimensions: u8,
@@ -122,6 +151,8 @@ pub struct Scene {
     pub domain_material: u32,
     /// Balls given one by one.
     pub balls: Balls,
+    /// Bodies that turn.
+    pub solids: Vec<SolidBody>,
     /// Planes.
     pub planes: Vec<PlaneBody>,
     /// Balls to be placed.
@@ -143,6 +174,7 @@ impl Default for Scene {
             domain: Domain::OPEN,
             domain_material: 0,
             balls: Balls::default(),
+            solids: Vec::new(),
             planes: Vec::new(),
             fills: Vec::new(),
             shrink_overlaps: None,
