@@ -28,6 +28,7 @@ pub mod random;
 pub mod record;
 pub mod resolve;
 pub mod scene;
+pub mod shape;
 pub mod simulation;
 pub mod time;
 pub mod tolerance;
