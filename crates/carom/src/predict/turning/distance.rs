@@ -145,7 +145,8 @@ impl Pair<'_> {
         }
         let mut best = Separation::along(known.normal);
         let mut highest = f64::NEG_INFINITY;
-        let near = 4.0 * pull;
+        let near = 4.0 * PULL[0] * (self.a.solid.reach() + self.b.solid.reach());
+        let rounding = self.rounding();
         for _ in 0..ROUNDS {
             let (nearest, normal) = simplex.reduce();
             let distance = nearest.length();
@@ -159,12 +160,12 @@ impl Pair<'_> {
             if lower > highest {
                 highest = lower;
                 best.normal = normal;
-                best.gap = gap - self.rounding();
+                best.gap = gap - rounding;
                 best.links.copy_from_slice(&simplex.links[..3]);
                 best.count = simplex.count;
             }
             let settled = distance - lower <= tolerance::DIRECTION * distance;
-            if settled || (lower > near && lower > GOOD_ENOUGH * distance) || simplex.has(&link, curved) {
+            if settled || (best.gap > near && best.gap > GOOD_ENOUGH * (distance - rounding)) || simplex.has(&link, curved) {
                 break;
             }
             simplex.push(link, span + shift);

@@ -30,9 +30,12 @@ pub fn of_straight_flight(x: DVec3, v: DVec3, reach: f64) -> Option<Window> {
     Some((entry, exit.max(entry)))
 }
 
-/// The first window from `after` (s) on in which p(t) = Σ c[k] tᵏ ≤ 0.
+/// The first window from `after` (s) on in which p(t) = Σ c[k] tᵏ ≤ 0. If `after` is not 0, it is where one has ended.
 pub fn below_zero<const N: usize>(mut c: [f64; N], after: f64) -> Option<Window> {
-    shift(&mut c, after);
+    if after > 0.0 {
+        shift(&mut c, after);
+        c[0] = c[0].max(f64::MIN_POSITIVE);
+    }
     // No root lies beyond (Cauchy's bound).
     let leading = c.iter().rposition(|&x| x != 0.0).unwrap_or(0);
     if leading == 0 {
