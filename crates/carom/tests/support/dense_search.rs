@@ -305,7 +305,7 @@ pub fn check(couple: &Couple, horizon: f64, touching: bool, memory: &mut Memory)
 /// The instant near `seconds` at which F changes sign, by bisection.
 fn crossing(couple: &Couple, seconds: f64, approach: f64) -> Option<f64> {
     let width = 0.1 * RESOLUTION * couple.size();
-    let reach = 64.0 * couple.tolerance() / approach;
+    let reach = 4.0 * couple.tolerance() / approach + 4.0 * f64::EPSILON * seconds;
     let mean = |t: f64| {
         let (low, high) = couple.depth(t, width, false);
         0.5 * (low + high)
@@ -316,6 +316,9 @@ fn crossing(couple: &Couple, seconds: f64, approach: f64) -> Option<f64> {
     }
     while late - early > 1e-3 * reach {
         let middle = 0.5 * (early + late);
+        if middle <= early || middle >= late {
+            break;
+        }
         if mean(middle) > 0.0 { early = middle } else { late = middle }
     }
     Some(0.5 * (early + late))

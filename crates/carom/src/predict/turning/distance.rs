@@ -103,25 +103,38 @@ impl Pair<'_> {
         }
         let curved = self.a.solid.is_curved() || self.b.solid.is_curved();
         let size = self.a.solid.reach() + self.b.solid.reach();
-        let pull = (PULL[usize::from(curved)] * size - self.rounding()).max(0.0);
+        let mut pull = (PULL[usize::from(curved)] * size - self.rounding()).max(0.0);
         let mut found = self.pulled_apart(known, pull, curved);
         for _ in 0..ROUNDS {
             if curved {
                 self.polish(&mut found);
             }
-            if found.gap > close {
+            if pull == 0.0 || found.gap > pull {
                 break;
             }
+            // Pulled far for how near they are, they may hide behind the direction known.
+            let distance = self.distance_of_links(&found);
+            if found.gap > 0.5 * distance || distance <= 2.0 * close {
+                break;
+            }
+            pull = if pull > 2.0 * distance { distance } else { 0.5 * pull };
             let again = self.pulled_apart(&found, pull, curved);
-            let moved = (again.normal - found.normal).length();
             if again.gap > found.gap {
                 found = again;
-            }
-            if moved * pull <= 0.25 * close {
+            } else if pull < close {
                 break;
             }
         }
         found
+    }
+
+    /// The distance (m) of the links' points: that of the bodies is not larger.
+    fn distance_of_links(&self, found: &Separation) -> f64 {
+        let mut simplex = Simplex::new();
+        for link in found.links() {
+            simplex.push(*link, self.span(link));
+        }
+        simplex.reduce().0.length() - self.rounding()
     }
 
     /// Above a plane there is but one direction.
@@ -354,7 +367,19 @@ impl Simplex {
             return self.reduce_triangle();
         }
         let nearest = if self.count == 2 { self.reduce_segment() } else { self.spans[0] };
-        (nearest, nearest / nearest.length())
+        (nearest, self.unit(nearest))
+    }
+
+    /// The direction of the nearest point, of a segment's perpendicular to it up to rounding, however near the point is.
+    #[inline(always)]
+    fn unit(&self, nearest: DVec3) -> DVec3 {
+        let normal = nearest / nearest.length();
+        if self.count != 2 {
+            return normal;
+        }
+        let along = self.spans[1] - self.spans[0];
+        let normal = normal - along * (along.dot(normal) / along.length_squared());
+        normal / normal.length()
     }
 
     fn reduce_segment(&mut self) -> DVec3 {
@@ -376,16 +401,15 @@ impl Simplex {
     #[inline(always)]
     fn reduce_triangle(&mut self) -> (DVec3, DVec3) {
         let [a, b, c, _] = self.spans;
-        let unit = |nearest: DVec3| (nearest, nearest / nearest.length());
         let (region, nearest) = nearest_of_triangle(a, b, c);
         match region {
             Region::Corner(k) => {
                 self.keep([k]);
-                unit(nearest)
+                (nearest, self.unit(nearest))
             }
             Region::Side(i, j) => {
                 self.keep([i, j]);
-                unit(nearest)
+                (nearest, self.unit(nearest))
             }
             Region::Inside => {
                 let cross = (b - a).cross(c - a);
