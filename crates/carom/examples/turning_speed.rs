@@ -4,11 +4,11 @@
 
 use std::hint::black_box;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::Duration;
 
 use carom::predict::turning::motion::{Body, SteadyRotation};
 use carom::predict::turning::solid::Solid;
-use carom::predict::turning::{Memory, Search, first_impact};
+use carom::predict::turning::{Memory, Search, contact_after, first_impact};
 use carom::random::Random;
 use carom::shape::{Polyhedron, Shape};
 use glam::{DQuat, DVec3};
@@ -73,7 +73,7 @@ fn apart(case: &Case, solid: &Solid) -> bool {
 fn report(name: &str, cases: &[(Case, Memory)], horizon: f64, solid: &Solid) {
     let (mut steps, mut impacts, mut best) = (0, 0, f64::INFINITY);
     for _ in 0..5 {
-        let start = Instant::now();
+        let start = processor_time();
         (steps, impacts) = (0, 0);
         for (case, memory) in cases {
             let [a, b] = bodies(case, solid);
@@ -81,7 +81,7 @@ fn report(name: &str, cases: &[(Case, Memory)], horizon: f64, solid: &Solid) {
             steps += found.steps;
             impacts += u32::from(found.impact.is_some());
         }
-        best = f64::min(best, start.elapsed().as_nanos() as f64 / cases.len() as f64);
+        best = f64::min(best, (processor_time() - start).as_nanos() as f64 / cases.len() as f64);
     }
     let count = cases.len() as f64;
     println!(
@@ -90,6 +90,14 @@ fn report(name: &str, cases: &[(Case, Memory)], horizon: f64, solid: &Solid) {
         100.0 * f64::from(impacts) / count,
         cases.len()
     );
+}
+
+/// Time this process has had, where the system tells it, else time passed.
+fn processor_time() -> Duration {
+    let told = std::fs::read_to_string("/proc/self/schedstat").ok();
+    let nanoseconds = told.and_then(|text| text.split(' ').next().and_then(|field| field.parse().ok()));
+    let passed = || std::time::SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
+    nanoseconds.map_or_else(passed, Duration::from_nanos)
 }
 
 fn main() {
@@ -105,7 +113,7 @@ fn main() {
         all.push((Case { ..case }, Memory::default()));
         match found.impact {
             Some(impact) => {
-                let contact = impact.contact;
+                let contact = contact_after(&a, &b, impact.seconds, &memory);
                 // An elastic impact at the first point: mass 1, inertia 1/6.
                 let n = contact.normal;
                 let point = contact.points()[0];

@@ -18,7 +18,7 @@ pub mod window;
 use glam::DVec3;
 
 use self::bound::{GapBound, Motion, turning_of_normal};
-use self::contact::Contact;
+use self::contact::{Contact, Feature};
 use self::distance::{Pair, Separation};
 use self::motion::{Body, Pose, Turning};
 use self::window::Window;
@@ -27,10 +27,11 @@ use crate::tolerance;
 /// How an impact was certified.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Certificate {
-    /// The bodies cross the contact fast enough that the time is certain up to rounding.
+    /// The bodies cross the contact so fast that the time is certain up to rounding.
     Transversal,
-    /// They come within δ so slowly that rounding cannot tell a touch from a miss; the time is when they are within δ.
-    Grazing,
+    /// They come within δ, but so slowly, or with a corner so near a corner or edge, that a touch cannot be told from a miss by
+    /// less than δ. The time is when they are within δ.
+    WithinTolerance,
 }
 
 /// The first impact of two bodies.
@@ -40,8 +41,12 @@ pub struct Impact {
     pub seconds: f64,
     /// How certain it is.
     pub certificate: Certificate,
-    /// Where they touch.
-    pub contact: Contact,
+    /// Unit vector from B to A, world axes.
+    pub normal: DVec3,
+    /// What touches, of A and of B.
+    pub features: [Feature; 2],
+    /// The largest approach speed of points in contact (m/s).
+    pub approach_speed: f64,
 }
 
 /// What a search found.
@@ -61,6 +66,12 @@ pub struct Search {
 pub struct Memory(Option<Separation>);
 
 impl Memory {
+    /// The direction known, or that of the centres (`offset`, m).
+    #[inline(always)]
+    fn known(&self, offset: DVec3) -> Separation {
+        self.0.unwrap_or_else(|| Separation::along(unit_or_z(offset)))
+    }
+
     /// The same pair in the other order.
     pub fn swapped(self) -> Self {
         Self(self.0.map(|known| Separation {
@@ -83,7 +94,8 @@ pub fn first_impact<R: Turning>(a: &Body<R>, b: &Body<R>, horizon: f64, memory: 
     if a.solid.is_half_space() {
         let mut search = first_impact(b, a, horizon, memory);
         if let Some(impact) = &mut search.impact {
-            impact.contact = impact.contact.swapped();
+            impact.normal = -impact.normal;
+            impact.features.reverse();
         }
         return search;
     }
@@ -101,6 +113,18 @@ pub fn first_impact<R: Turning>(a: &Body<R>, b: &Body<R>, horizon: f64, memory: 
         after = exit;
     }
     search
+}
+
+/// The contact of two bodies `seconds` on, at an impact that was found: all points that touch then.
+pub fn contact_after<R: Turning>(a: &Body<R>, b: &Body<R>, seconds: f64, memory: &Memory) -> Contact {
+    if a.solid.is_half_space() {
+        return contact_after(b, a, seconds, memory).swapped();
+    }
+    let flight = RelativeFlight::of(a, b);
+    let (pair, motion) = flight.pair(a, b, seconds);
+    let close = flight.close(a, b);
+    let separation = pair.separate(&memory.known(pair.offset), close);
+    Contact::of(&pair, &motion, &separation, close)
 }
 
 /// The flight of A's centre seen from B's, and what bounds the motion of both.
@@ -171,9 +195,9 @@ impl RelativeFlight {
         window::below_zero(c, after)
     }
 
-    /// Position (m) and bounds `seconds` later.
+    /// Both bodies and the bounds of their motion, `seconds` later.
     #[inline(always)]
-    fn at(&self, seconds: f64) -> (DVec3, Motion) {
+    fn pair<'a, R: Turning>(&self, a: &Body<'a, R>, b: &Body<'a, R>, seconds: f64) -> (Pair<'a>, Motion) {
         let offset = self.position + (self.velocity + self.acceleration * (0.5 * seconds)) * seconds;
         let motion = Motion {
             velocity: self.velocity + self.acceleration * seconds,
@@ -182,7 +206,13 @@ impl RelativeFlight {
             fastest_change: self.fastest_change,
             distance: if self.plane.is_some() { f64::INFINITY } else { self.reach },
         };
-        (offset, motion)
+        (Pair { a: Pose::of(a, seconds), b: Pose::of(b, seconds), offset }, motion)
+    }
+
+    /// Half of δ (m), so that nothing within it is farther away than δ, whatever the direction found.
+    #[inline(always)]
+    fn close<R>(&self, a: &Body<R>, b: &Body<R>) -> f64 {
+        0.5 * tolerance::contact(a.solid.reach().max(b.solid.reach()), self.position.length())
     }
 }
 
@@ -195,25 +225,26 @@ fn walk<R: Turning>(
     memory: &mut Memory,
     search: &mut Search,
 ) -> bool {
-    let size = a.solid.reach().max(b.solid.reach());
-    let close = tolerance::contact(size, flight.position.length());
+    let close = flight.close(a, b);
     let mut seconds = entry;
     loop {
         search.steps += 1;
-        let (offset, motion) = flight.at(seconds);
-        let pair = Pair { a: Pose::of(a, seconds), b: Pose::of(b, seconds), offset };
-        let known = memory.0.unwrap_or_else(|| Separation::along(unit_or_z(offset)));
+        let (pair, motion) = flight.pair(a, b, seconds);
+        let left = exit - seconds;
+        let known = memory.known(pair.offset);
+        if search.steps == 1 && clears(&pair, &motion, known.normal, close, left) {
+            return false;
+        }
         let separation = pair.separate(&known, close);
         memory.0 = Some(separation);
-        let left = exit - seconds;
         let step = if separation.gap > close {
             certain_step(&pair, flight, &motion, &separation, turning_of_normal(&pair, &separation), 0.0, left)
         } else {
             let contact = Contact::of(&pair, &motion, &separation, close);
-            let approach_speed = contact.approach_speed();
+            let size = a.solid.reach().max(b.solid.reach());
             let speeds = motion.velocity.length() + flight.fastest[0] * size + flight.fastest[1] * size;
-            if approach_speed > tolerance::RESTING * speeds {
-                search.impact = Some(impact(&pair, flight, &motion, contact, separation.gap, seconds, close));
+            if contact.approach_speed() > tolerance::RESTING * speeds {
+                search.impact = Some(impact(&pair, flight, &motion, &contact, separation.gap, seconds, close));
                 search.clear_until = seconds;
                 return true;
             }
@@ -231,6 +262,16 @@ fn walk<R: Turning>(
         }
         seconds = next;
     }
+}
+
+/// Whether the direction known by itself keeps the bodies apart for all the seconds `left`, as it does for most pairs.
+#[inline(always)]
+fn clears(pair: &Pair, motion: &Motion, normal: DVec3, close: f64, left: f64) -> bool {
+    if pair.b.solid.is_half_space() {
+        return false;
+    }
+    let bound = GapBound::new(pair, motion, normal, DVec3::ZERO, left);
+    bound.is_above(close, left) && bound.is_above(close, 0.0)
 }
 
 /// The seconds, at most `left`, for which the gap certainly stays above `level` (m): in a direction that stands still, or in
@@ -260,18 +301,27 @@ fn impact(
     pair: &Pair,
     flight: &RelativeFlight,
     motion: &Motion,
-    contact: Contact,
+    contact: &Contact,
     gap: f64,
     seconds: f64,
     close: f64,
 ) -> Impact {
     let speed = contact.approach_speed();
     let bend = GapBound::new(pair, motion, contact.normal, contact.turning, flight.longest.min(close / speed)).bend();
+    // What slides over a curved surface leaves it again: v²/R.
+    let sliding = contact.sliding_speed(pair, motion);
+    let bend = bend + 0.5 * sliding * sliding / pair.a.solid.sharpest().min(pair.b.solid.sharpest());
     // Within δ the speed changes by less than a quarter of itself: the crossing is certain.
-    let transversal = 16.0 * bend * close <= speed * speed;
+    let transversal = contact.generic && 16.0 * bend * close <= speed * speed;
     let last = if transversal { gap.max(0.0) / speed } else { 0.0 };
-    let certificate = if transversal { Certificate::Transversal } else { Certificate::Grazing };
-    Impact { seconds: seconds + last, certificate, contact }
+    let certificate = if transversal { Certificate::Transversal } else { Certificate::WithinTolerance };
+    Impact {
+        seconds: seconds + last,
+        certificate,
+        normal: contact.normal,
+        features: contact.features,
+        approach_speed: speed,
+    }
 }
 
 /// The direction of `v`, or z if it has none.

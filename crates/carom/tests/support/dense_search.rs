@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use carom::predict::turning::motion::{Body, Pose, SteadyRotation, SymmetricRotation, Turning};
 use carom::predict::turning::solid::Solid;
-use carom::predict::turning::{Certificate, Memory, Search, first_impact};
+use carom::predict::turning::{Certificate, Memory, Search, contact_after, first_impact};
 use carom::random::Random;
 use carom::shape::{Polyhedron, Shape};
 use carom::tolerance;
@@ -225,7 +225,7 @@ pub struct Verdict {
     pub pairs: usize,
     pub impacts: usize,
     pub transversal: usize,
-    pub grazing: usize,
+    pub within: usize,
     pub missed: usize,
     pub invented: usize,
     pub unfinished: usize,
@@ -243,7 +243,7 @@ impl Verdict {
         self.pairs += other.pairs;
         self.impacts += other.impacts;
         self.transversal += other.transversal;
-        self.grazing += other.grazing;
+        self.within += other.within;
         self.missed += other.missed;
         self.invented += other.invented;
         self.unfinished += other.unfinished;
@@ -283,11 +283,11 @@ pub fn check(couple: &Couple, horizon: f64, touching: bool, memory: &mut Memory)
     let Some(impact) = search.impact else { return (search, verdict) };
     verdict.impacts = 1;
     let (low, high) = couple.depth(impact.seconds, width, false);
-    let approach = impact.contact.approach_speed();
+    let approach = impact.approach_speed;
     let far = 2.0 * low > delta + 4.0 * width || 2.0 * high < -(delta + 4.0 * width);
     verdict.invented = usize::from(far || !(approach > 0.0));
     match impact.certificate {
-        Certificate::Grazing => verdict.grazing = 1,
+        Certificate::WithinTolerance => verdict.within = 1,
         Certificate::Transversal => {
             verdict.transversal = 1;
             let root = crossing(couple, impact.seconds, approach);
@@ -478,9 +478,9 @@ pub fn grazing(mut couple: Couple, random: &mut Random) -> Couple {
 }
 
 /// The bodies after an elastic impact without friction at all points of the contact in turn, with masses and inertias of 1.
-pub fn rebound(couple: &Couple, search: &Search) -> Option<Couple> {
+pub fn rebound(couple: &Couple, search: &Search, memory: &Memory) -> Option<Couple> {
     let impact = search.impact?;
-    let contact = impact.contact;
+    let contact = contact_after(&couple.a.body(), &couple.b.body(), impact.seconds, memory);
     let n = contact.normal;
     let fixed = matches!(couple.b.form, Form::HalfSpace);
     let mass = if fixed { 0.0 } else { 1.0 };
@@ -522,7 +522,7 @@ pub fn check_pairs(kinds: [usize; 2], pairs: usize, seed: u64) -> Verdict {
         for _ in 0..3 {
             let (search, verdict) = check(&now, HORIZON, touching, &mut memory);
             total.add(&verdict);
-            let Some(next) = rebound(&now, &search) else { break };
+            let Some(next) = rebound(&now, &search, &memory) else { break };
             now = next;
             touching = true;
         }

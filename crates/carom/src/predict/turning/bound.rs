@@ -90,6 +90,13 @@ impl<'a> GapBound<'a> {
         (self.start - self.a[0].dot(a) - self.b[0].dot(b), self.rate - self.a[1].dot(a) - self.b[1].dot(b))
     }
 
+    /// Whether the bound is at or above `level` (m) at `seconds`; it is between any two instants where it is at both.
+    #[inline(always)]
+    pub fn is_above(&self, level: f64, seconds: f64) -> bool {
+        let (start, rate) = self.piece(seconds);
+        start + (rate - self.bend * seconds) * seconds >= level
+    }
+
     /// The seconds, at most `longest`, for which the gap certainly stays at or above `level` (m), where it is at the start.
     #[inline(always)]
     pub fn stays_above(&self, level: f64, longest: f64) -> f64 {

@@ -134,15 +134,16 @@ fn outline(pose: &Pose, direction: DVec3, tolerance: f64, place: impl Fn(DVec3) 
                 result.push(place(support.point));
             }
         }
-        Core::Polyhedron(corners, polyhedron) => {
+        Core::Polyhedron(_, polyhedron) => {
+            let corner = |k: u32| polyhedron.vertices[k as usize];
             let least = support.point.dot(direction) - tolerance;
-            let tied = |k: u32| corners.at(k).dot(direction) >= least;
+            let tied = |k: u32| corner(k).dot(direction) >= least;
             let face = polyhedron.faces.iter().position(|face| face.vertices.iter().all(|&k| tied(k)));
             if let Some(face) = face {
                 result.feature = Feature::Face(face as u32);
                 let loop_of = &polyhedron.faces[face].vertices;
                 for &k in loop_of.iter().step_by(loop_of.len().div_ceil(OUTLINE)) {
-                    result.push(place(corners.at(k)));
+                    result.push(place(corner(k)));
                 }
                 return result;
             }
@@ -150,7 +151,7 @@ fn outline(pose: &Pose, direction: DVec3, tolerance: f64, place: impl Fn(DVec3) 
                 Some(edge) => {
                     result.feature = Feature::Edge(edge as u32);
                     for k in polyhedron.edges[edge].vertices {
-                        result.push(place(corners.at(k)));
+                        result.push(place(corner(k)));
                     }
                 }
                 None => {
@@ -185,6 +186,8 @@ pub struct Contact {
     pub points: [ContactPoint; POINTS],
     /// How many; at least 1.
     pub count: usize,
+    /// Whether neither a corner meets a corner or edge, nor edges are parallel: then what touches is certain.
+    pub generic: bool,
     /// How the normal turns (rad/s) with what touches at the point that approaches fastest.
     pub turning: DVec3,
 }
@@ -211,6 +214,14 @@ impl Contact {
         self.points().iter().fold(f64::NEG_INFINITY, |most, point| most.max(point.approach_speed))
     }
 
+    /// Speed (m/s) at which the bodies slide over each other at the first point.
+    pub fn sliding_speed(&self, pair: &Pair, motion: &Motion) -> f64 {
+        let point = &self.points[0];
+        let spin = pair.a.angular_velocity.cross(point.from_a) - pair.b.angular_velocity.cross(point.from_b);
+        let velocity = motion.velocity + spin;
+        (velocity - self.normal * self.normal.dot(velocity)).length()
+    }
+
     /// Where bodies touch whose gap in the direction of `separation` is within `tolerance` (m).
     ///
     /// The normal is that of a face in contact (of B before A), else n = ±b × a for two edges that cross, else the separating
@@ -230,6 +241,7 @@ impl Contact {
             features: [a.feature, b.feature],
             points: [ContactPoint::default(); POINTS],
             count: 0,
+            generic: pair.rounding() > 0.0 || is_generic(&a, &b),
             turning: DVec3::ZERO,
         };
         let mut fastest = f64::NEG_INFINITY;
@@ -251,6 +263,16 @@ impl Contact {
         each_point(pair, &a, &b, normal, tolerance, separation, &mut add);
         contact
     }
+}
+
+/// See [`Contact::generic`].
+fn is_generic(a: &Outline, b: &Outline) -> bool {
+    let pointed = |outline: &Outline| matches!(outline.feature, Feature::Vertex(_) | Feature::Rim(_));
+    let of = |first: &Outline, second: &Outline| match first.feature {
+        Feature::Vertex(_) => !(pointed(second) || matches!(second.feature, Feature::Edge(_))),
+        _ => true,
+    };
+    of(a, b) && of(b, a)
 }
 
 /// See [`Contact::of`].

@@ -84,7 +84,7 @@ impl Pair<'_> {
 
     /// Radii (m) of the roundings together.
     #[inline(always)]
-    fn rounding(&self) -> f64 {
+    pub fn rounding(&self) -> f64 {
         self.a.solid.rounding + self.b.solid.rounding
     }
 
@@ -346,12 +346,14 @@ impl Simplex {
         })
     }
 
+    /// Keeps the links with these indices, which ascend.
     #[inline(always)]
     fn keep<const N: usize>(&mut self, kept: [usize; N]) {
-        let (links, spans) = (self.links, self.spans);
         for (to, from) in kept.into_iter().enumerate() {
-            self.links[to] = links[from];
-            self.spans[to] = spans[from];
+            if to != from {
+                self.links[to] = self.links[from];
+                self.spans[to] = self.spans[from];
+            }
         }
         self.count = N;
     }
@@ -421,20 +423,28 @@ impl Simplex {
         }
     }
 
-    /// Keeps the nearest of the three triangles at the newest link.
+    /// Keeps the nearest of the three triangles at the newest link, of those that face the origin.
+    #[inline(always)]
     fn reduce_tetrahedron(&mut self) {
         let [a, b, c, d] = self.spans;
         let mut least = f64::INFINITY;
-        let mut kept = [0, 1, 3];
-        for (face, [p, q]) in [([0, 1, 3], [a, b]), ([1, 2, 3], [b, c]), ([2, 0, 3], [c, a])] {
-            let (_, nearest) = nearest_of_triangle(p, q, d);
-            let square = nearest.length_squared();
-            if square < least {
-                least = square;
-                kept = face;
+        let mut nearest = 0;
+        let sides = [[a, b, c], [b, c, a], [a, c, b]];
+        for (face, [p, q, opposite]) in sides.into_iter().enumerate() {
+            let normal = (p - d).cross(q - d);
+            if normal.dot(d) * normal.dot(opposite - d) > 0.0 {
+                let square = nearest_of_triangle(p, q, d).1.length_squared();
+                if square < least {
+                    least = square;
+                    nearest = face;
+                }
             }
         }
-        self.keep(kept);
+        match nearest {
+            0 => self.keep([0, 1, 3]),
+            1 => self.keep([1, 2, 3]),
+            _ => self.keep([0, 2, 3]),
+        }
     }
 }
 

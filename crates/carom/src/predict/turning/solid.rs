@@ -6,12 +6,13 @@ use glam::DVec3;
 
 use crate::shape::{Polyhedron, Shape};
 
-/// Corners of a polyhedron, by coordinate, filled up with copies of the first to whole [`LANES`].
+/// Corners of a polyhedron, laid out for the search of the farthest.
 #[derive(Clone, Debug)]
-pub struct Corners {
-    x: Vec<[f64; LANES]>,
-    y: Vec<[f64; LANES]>,
-    z: Vec<[f64; LANES]>,
+pub enum Corners {
+    /// Those of a box, by the signs of x, y and z: bits 0, 1 and 2 of the place; the indices there.
+    Box([u32; 8]),
+    /// Any, by coordinate, filled up with copies of the first to whole [`LANES`].
+    Any(Vec<[[f64; LANES]; 3]>),
 }
 
 /// Corners that are looked at together.
@@ -20,42 +21,64 @@ const LANES: usize = 4;
 impl Corners {
     /// Of a polyhedron, in its order.
     pub fn new(points: &[DVec3]) -> Self {
-        let rows = points.len().div_ceil(LANES);
-        let lane = |row: usize, of: fn(&DVec3) -> f64| {
-            std::array::from_fn(|k| of(points.get(row * LANES + k).unwrap_or(&points[0])))
-        };
-        Self {
-            x: (0..rows).map(|row| lane(row, |p| p.x)).collect(),
-            y: (0..rows).map(|row| lane(row, |p| p.y)).collect(),
-            z: (0..rows).map(|row| lane(row, |p| p.z)).collect(),
+        if let Some(indices) = box_corners(points) {
+            return Self::Box(indices);
         }
+        let at = |row: usize, k: usize| points.get(row * LANES + k).unwrap_or(&points[0]).to_array();
+        let rows = (0..points.len().div_ceil(LANES)).map(|row| {
+            std::array::from_fn(|coordinate| std::array::from_fn(|k| at(row, k)[coordinate]))
+        });
+        Self::Any(rows.collect())
     }
 
-    /// The corner (m) with an index.
-    #[inline(always)]
-    pub fn at(&self, index: u32) -> DVec3 {
-        let (row, k) = (index as usize / LANES, index as usize % LANES);
-        DVec3::new(self.x[row][k], self.y[row][k], self.z[row][k])
-    }
-
-    /// The corner farthest along `direction`; of several the one with the lowest lane, then index.
+    /// The index of the corner farthest along `direction`; among equals the choice depends on the direction alone.
     #[inline(always)]
     fn farthest(&self, direction: DVec3) -> u32 {
-        let mut best = [f64::NEG_INFINITY; LANES];
-        let mut rows = [0u32; LANES];
-        for (row, ((x, y), z)) in self.x.iter().zip(&self.y).zip(&self.z).enumerate() {
-            for k in 0..LANES {
-                let height = x[k] * direction.x + y[k] * direction.y + z[k] * direction.z;
-                let higher = height > best[k];
-                best[k] = if higher { height } else { best[k] };
-                rows[k] = if higher { row as u32 } else { rows[k] };
+        match self {
+            Self::Box(indices) => {
+                let bit = |x: f64| usize::from(x >= 0.0);
+                indices[bit(direction.x) | bit(direction.y) << 1 | bit(direction.z) << 2]
             }
+            Self::Any(rows) => farthest_of(rows, direction),
         }
-        let first = if best[1] > best[0] { 1 } else { 0 };
-        let second = if best[3] > best[2] { 3 } else { 2 };
-        let lane = if best[second] > best[first] { second } else { first };
-        rows[lane] * LANES as u32 + lane as u32
     }
+}
+
+#[inline(always)]
+fn farthest_of(rows: &[[[f64; LANES]; 3]], direction: DVec3) -> u32 {
+    let mut best = [f64::NEG_INFINITY; LANES];
+    let mut at = [0.0; LANES];
+    let mut number = 0.0;
+    for [x, y, z] in rows {
+        for k in 0..LANES {
+            let height = x[k] * direction.x + y[k] * direction.y + z[k] * direction.z;
+            let higher = height > best[k];
+            best[k] = if higher { height } else { best[k] };
+            at[k] = if higher { number } else { at[k] };
+        }
+        number += 1.0;
+    }
+    let first = usize::from(best[1] > best[0]);
+    let second = 2 + usize::from(best[3] > best[2]);
+    let lane = if best[second] > best[first] { second } else { first };
+    at[lane] as u32 * LANES as u32 + lane as u32
+}
+
+/// The indices of the corners of a box along the axes, by their signs; nothing if it is none.
+fn box_corners(points: &[DVec3]) -> Option<[u32; 8]> {
+    let half = points.first()?.abs();
+    let mut indices = [u32::MAX; 8];
+    if points.len() != 8 || half.min_element() <= 0.0 {
+        return None;
+    }
+    for (index, point) in points.iter().enumerate() {
+        if point.abs() != half {
+            return None;
+        }
+        let bit = |x: f64| usize::from(x >= 0.0);
+        indices[bit(point.x) | bit(point.y) << 1 | bit(point.z) << 2] = index as u32;
+    }
+    (!indices.contains(&u32::MAX)).then_some(indices)
 }
 
 /// What is left of a shape when its rounding is taken off. Frame of the body.
@@ -147,6 +170,16 @@ impl Solid {
         self.core_reach + self.rounding
     }
 
+    /// The smallest radius of curvature (m) of the smooth surface; ∞ if it has corners and flats only.
+    pub fn sharpest(&self) -> f64 {
+        match &self.core {
+            Core::Polyhedron(..) | Core::HalfSpace => f64::INFINITY,
+            Core::Point | Core::Segment(_) => self.rounding,
+            Core::Cylinder { radius, .. } => *radius,
+            Core::Ellipsoid(axes) => axes.min_element() * axes.min_element() / axes.max_element(),
+        }
+    }
+
     /// The point of the core farthest along `direction` (any length; frame of the body).
     #[inline(always)]
     pub fn support(&self, direction: DVec3) -> SupportPoint {
@@ -157,9 +190,9 @@ impl Solid {
                 let z = if upper { *half_length } else { -half_length };
                 SupportPoint { point: DVec3::new(0.0, 0.0, z), index: u32::from(upper) }
             }
-            Core::Polyhedron(corners, _) => {
+            Core::Polyhedron(corners, polyhedron) => {
                 let index = corners.farthest(direction);
-                SupportPoint { point: corners.at(index), index }
+                SupportPoint { point: polyhedron.vertices[index as usize], index }
             }
             Core::Cylinder { radius, half_length } => {
                 let upper = direction.z > 0.0;
@@ -183,7 +216,7 @@ impl Solid {
                 let z = if index == 1 { *half_length } else { -half_length };
                 SupportPoint { point: DVec3::new(0.0, 0.0, z), index }
             }
-            Core::Polyhedron(corners, _) => SupportPoint { point: corners.at(index), index },
+            Core::Polyhedron(_, polyhedron) => SupportPoint { point: polyhedron.vertices[index as usize], index },
             Core::Cylinder { radius, half_length } => rim(*radius, *half_length, direction, index == 1),
             Core::Ellipsoid(_) => self.support(direction),
         }
