@@ -287,13 +287,22 @@ fn certain_step(
     left: f64,
 ) -> f64 {
     let normal = separation.normal;
-    let still = GapBound::new(pair, motion, normal, DVec3::ZERO, left).stays_above(level, left);
-    if still >= left || turning == DVec3::ZERO {
-        return still;
+    let most = |bound: &GapBound| bound.stays_at_most(separation.gap, separation.links(), level);
+    let still = GapBound::new(pair, motion, normal, DVec3::ZERO, left);
+    let most_still = most(&still).min(left);
+    if turning == DVec3::ZERO {
+        return still.stays_above(level, most_still);
     }
     let longest = left.min(flight.longest);
-    let turned = GapBound::new(pair, motion, normal, turning, longest).stays_above(level, longest);
-    still.max(turned)
+    let turned = GapBound::new(pair, motion, normal, turning, longest);
+    let most_turned = most(&turned).min(longest);
+    let (first, most_first, second, most_second) = if most_turned > most_still {
+        (turned, most_turned, still, most_still)
+    } else {
+        (still, most_still, turned, most_turned)
+    };
+    let step = first.stays_above(level, most_first);
+    if step >= most_second { step } else { step.max(second.stays_above(level, most_second)) }
 }
 
 /// The impact of bodies within δ of contact that approach. The last step, linear, is as good as exact where it is short.

@@ -97,6 +97,16 @@ impl<'a> GapBound<'a> {
         start + (rate - self.bend * seconds) * seconds >= level
     }
 
+    /// Not less than what [`Self::stays_above`] will find, from the links that support the bodies now, where the gap is `gap` (m).
+    #[inline(always)]
+    pub fn stays_at_most(&self, gap: f64, links: &[Link], level: f64) -> f64 {
+        let mut rate = f64::INFINITY;
+        for link in links {
+            rate = rate.min(-self.a[1].dot(link.a.point) - self.b[1].dot(link.b.point));
+        }
+        fall(gap - level, self.rate + rate, self.bend)
+    }
+
     /// The seconds, at most `longest`, for which the gap certainly stays at or above `level` (m), where it is at the start.
     #[inline(always)]
     pub fn stays_above(&self, level: f64, longest: f64) -> f64 {

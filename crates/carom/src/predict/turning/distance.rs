@@ -148,6 +148,11 @@ impl Pair<'_> {
     #[inline(always)]
     fn pulled_apart(&self, known: &Separation, pull: f64, curved: bool) -> Separation {
         let shift = known.normal * pull;
+        if known.count == 3
+            && let Some(found) = self.still_the_same(known, shift)
+        {
+            return found;
+        }
         let mut simplex = Simplex::new();
         if known.count == 0 {
             let link = self.link(known.normal);
@@ -188,6 +193,24 @@ impl Pair<'_> {
             best = Separation { normal: best.normal, gap, links: [link, link, link], count: 1 };
         }
         best
+    }
+
+    /// The separation that rests on the same three links as the one known, if it still does.
+    #[inline(always)]
+    fn still_the_same(&self, known: &Separation, shift: DVec3) -> Option<Separation> {
+        let [a, b, c] = [0, 1, 2].map(|k| self.span(&known.links[k]));
+        let (Region::Inside, _) = nearest_of_triangle(a + shift, b + shift, c + shift) else { return None };
+        let cross = (b - a).cross(c - a);
+        let normal = cross / cross.length();
+        let normal = if normal.dot(a + shift) < 0.0 { -normal } else { normal };
+        let link = self.link(normal);
+        let same = |other: &Link| (other.a.index, other.b.index) == (link.a.index, link.b.index);
+        let curved = self.a.solid.is_curved() || self.b.solid.is_curved();
+        (!curved && known.links.iter().any(same)).then(|| Separation {
+            normal,
+            gap: normal.dot(a) - self.rounding(),
+            ..*known
+        })
     }
 
     /// Newton's method for the largest gap(n) where support points move with n.
