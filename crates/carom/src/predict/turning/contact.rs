@@ -65,6 +65,15 @@ impl Outline {
         (0..count).map(move |k| (self.points[k], self.points[(k + 1) % self.count]))
     }
 
+    /// Distance (m) of a point in this outline from its sides, or from its ends; infinite where there are none.
+    fn border(&self, point: DVec3, normal: DVec3) -> f64 {
+        if self.count == 2 {
+            return self.points().iter().fold(f64::INFINITY, |least, end| least.min((point - end).length()));
+        }
+        let from = |(p, q): (DVec3, DVec3)| (normal.dot((q - p).cross(point - p)) / (q - p).length()).abs();
+        if self.count < 2 { f64::INFINITY } else { self.sides().map(from).fold(f64::INFINITY, f64::min) }
+    }
+
     /// Whether `point` lies in this outline, seen along `normal`, up to `tolerance` (m).
     fn holds(&self, point: DVec3, normal: DVec3, tolerance: f64) -> bool {
         if self.endless {
@@ -186,8 +195,9 @@ pub struct Contact {
     pub points: [ContactPoint; POINTS],
     /// How many; at least 1.
     pub count: usize,
-    /// Whether neither a corner meets a corner or edge, nor edges are parallel: then what touches is certain.
-    pub generic: bool,
+    /// How far (m) the point that approaches fastest lies from where what touches ends: 0 where a corner meets a corner or edge.
+    /// Infinite on surfaces without corners. Within rounding of it, the bodies may pass without touching.
+    pub margin: f64,
     /// How the normal turns (rad/s) with what touches at the point that approaches fastest.
     pub turning: DVec3,
 }
@@ -241,7 +251,7 @@ impl Contact {
             features: [a.feature, b.feature],
             points: [ContactPoint::default(); POINTS],
             count: 0,
-            generic: pair.rounding() > 0.0 || is_generic(&a, &b),
+            margin: f64::INFINITY,
             turning: DVec3::ZERO,
         };
         let mut fastest = f64::NEG_INFINITY;
@@ -261,11 +271,30 @@ impl Contact {
             }
         };
         each_point(pair, &a, &b, normal, tolerance, separation, &mut add);
+        let smooth = |pose: &Pose| pose.solid.rounding > 0.0 || matches!(pose.solid.core, Core::Ellipsoid(_));
+        if !smooth(&pair.a) && !smooth(&pair.b) {
+            contact.margin = contact.margin_of(&a, &b);
+        }
         contact
+    }
+
+    /// See [`Contact::margin`]. Where several points approach, it is half their distance.
+    fn margin_of(&self, a: &Outline, b: &Outline) -> f64 {
+        let fastest = self.approach_speed();
+        let mut approaching = self.points().iter().filter(|point| point.approach_speed >= 0.5 * fastest.abs());
+        let Some(first) = approaching.next() else { return 0.0 };
+        let extent = approaching.map(|point| 0.5 * (point.from_b - first.from_b).length()).fold(0.0, f64::max);
+        let inside = if is_generic(a, b) {
+            let point = self.points().iter().find(|point| point.approach_speed == fastest).unwrap_or(first);
+            a.border(point.from_b, self.normal).min(b.border(point.from_b, self.normal))
+        } else {
+            0.0
+        };
+        extent.max(inside)
     }
 }
 
-/// See [`Contact::generic`].
+/// Whether neither a corner meets a corner, a rim or an edge.
 fn is_generic(a: &Outline, b: &Outline) -> bool {
     let pointed = |outline: &Outline| matches!(outline.feature, Feature::Vertex(_) | Feature::Rim(_));
     let of = |first: &Outline, second: &Outline| match first.feature {
