@@ -8,6 +8,7 @@ pub mod lanes;
 pub mod root;
 mod row;
 mod seeker;
+pub mod turning;
 
 use glam::DVec3;
 

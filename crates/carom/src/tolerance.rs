@@ -106,3 +106,20 @@ pub const MOST_TRIANGLES: usize = 1 << 23;
 /// body and world are parallel. (It matters only about the middle axis, where such a body would turn over after about 210
 /// times the time constant of that instability.)
 pub const NEGLIGIBLE_MOMENTUM: f64 = f64::from_bits((1023 - 300) << 52);
+/// Bodies that turn touch when their gap is within this fraction of their size, the larger of the two distances of a farthest
+/// point from the centre (pure number, 2⁻⁴⁰ = 9e-13): δ. The time of contact of turning bodies is the root of a transcendental
+/// function, and a double root, which is grazing, cannot be told from none in any fixed number of digits. 4,000 times ε,
+/// because a gap is a sum of some twenty products of the bodies' size, each rounded, and normals are rounded as well.
+pub const CONTACT: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// δ is at least this many ε of the distance between the centres (pure number), which is rounded too.
+pub const CONTACT_ROUNDING: f64 = 64.0;
+
+/// δ (m) for two bodies of at most `size` (m), whose centres are up to `distance` (m) apart during a prediction.
+pub fn contact(size: f64, distance: f64) -> f64 {
+    (CONTACT * size).max(CONTACT_ROUNDING * f64::EPSILON * distance)
+}
+
+/// The search for the closest points ends when bounds of their distance agree within this fraction (pure number, 64ε): what
+/// is left is rounding of some ten products. It decides when to stop, never an event.
+pub const DIRECTION: f64 = 64.0 * f64::EPSILON;
