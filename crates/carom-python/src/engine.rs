@@ -115,7 +115,9 @@ impl Engine {
 
     fn impact<'py>(&self, py: Python<'py>, impact: &Impact) -> PyResult<Bound<'py, PyDict>> {
         let world = self.world();
-        let spin = |id: i64| world.row_of(id).map_or(DVec3::ZERO, |ball| world.angular_velocity(ball)).to_array();
+        let spin = |id: i64| {
+            world.row_of(id).map_or(DVec3::ZERO, |ball| world.angular_velocity(ball, self.simulation.now())).to_array()
+        };
         let row = PyDict::new(py);
         let (time, time_low) = impact.time.to_pair();
         row.set_item("time", time)?;
@@ -270,7 +272,7 @@ impl Engine {
     }
 
     fn angular_velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.vectors(py, |ball| self.world().angular_velocity(ball), |_| DVec3::ZERO)
+        self.vectors(py, |ball| self.world().angular_velocity(ball, self.simulation.now()), |_| DVec3::ZERO)
     }
 
     /// Sizes of the periodic box that each body has left behind.

@@ -35,28 +35,109 @@ impl Upcoming {
 /// The rank of an impact among those of one instant: kind, then the lower id, then the higher.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Rank {
-    /// Ball–ball before ball–plane.
-    pub kind: Kind,
+    /// Ball–ball before ball–plane before whatever turns.
+    pub pair: PairKind,
     /// Ids, ascending.
     pub ids: (i64, i64),
 }
 
-/// What kind of surfaces meet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(u8)]
-pub enum Kind {
+/// What kind of bodies meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PairKind {
     /// Two balls.
-    BallBall = 0,
+    BallBall,
     /// A ball and a plane or a wall.
-    BallPlane = 1,
+    BallPlane,
+    /// A body that turns, with anything.
+    Turning,
 }
 
-impl Kind {
-    /// The name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::BallBall => "ball-ball",
-            Self::BallPlane => "ball-plane",
+/// A part of a surface, by its form.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Form {
+    /// A ball's surface.
+    Ball,
+    /// A corner, or the end of a capsule.
+    Vertex,
+    /// An edge.
+    Edge,
+    /// The rim of a cylinder.
+    Rim,
+    /// The straight side of a cylinder or capsule.
+    Side,
+    /// The smooth surface of an ellipsoid.
+    Surface,
+    /// A flat face, or the flat end of a cylinder.
+    Face,
+    /// A plane or wall.
+    Plane,
+}
+
+macro_rules! kinds {
+    ($($kind:ident = $number:literal, $first:ident, $second:ident, $name:literal;)*) => {
+        /// What kind of surfaces meet.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(u8)]
+        pub enum Kind {
+            $(#[doc = $name] $kind = $number,)*
         }
-    }
+
+        impl Kind {
+            /// All of them, by number.
+            pub const ALL: &[Self] = &[$(Self::$kind),*];
+
+            /// The name in tables.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$kind => $name,)*
+                }
+            }
+
+            /// Of two forms that meet, in any order; `None` of two planes.
+            pub fn of(a: Form, b: Form) -> Option<Self> {
+                match (a.min(b), a.max(b)) {
+                    $((Form::$first, Form::$second) => Some(Self::$kind),)*
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+kinds! {
+    BallBall = 0, Ball, Ball, "ball-ball";
+    BallPlane = 1, Ball, Plane, "ball-plane";
+    BallVertex = 2, Ball, Vertex, "ball-vertex";
+    BallEdge = 3, Ball, Edge, "ball-edge";
+    BallRim = 4, Ball, Rim, "ball-rim";
+    BallSide = 5, Ball, Side, "ball-side";
+    BallSurface = 6, Ball, Surface, "ball-surface";
+    BallFace = 7, Ball, Face, "ball-face";
+    VertexVertex = 8, Vertex, Vertex, "vertex-vertex";
+    VertexEdge = 9, Vertex, Edge, "vertex-edge";
+    VertexRim = 10, Vertex, Rim, "vertex-rim";
+    VertexSide = 11, Vertex, Side, "vertex-side";
+    VertexSurface = 12, Vertex, Surface, "vertex-surface";
+    VertexFace = 13, Vertex, Face, "vertex-face";
+    VertexPlane = 14, Vertex, Plane, "vertex-plane";
+    EdgeEdge = 15, Edge, Edge, "edge-edge";
+    EdgeRim = 16, Edge, Rim, "edge-rim";
+    EdgeSide = 17, Edge, Side, "edge-side";
+    EdgeSurface = 18, Edge, Surface, "edge-surface";
+    EdgeFace = 19, Edge, Face, "edge-face";
+    EdgePlane = 20, Edge, Plane, "edge-plane";
+    RimRim = 21, Rim, Rim, "rim-rim";
+    RimSide = 22, Rim, Side, "rim-side";
+    RimSurface = 23, Rim, Surface, "rim-surface";
+    RimFace = 24, Rim, Face, "rim-face";
+    RimPlane = 25, Rim, Plane, "rim-plane";
+    SideSide = 26, Side, Side, "side-side";
+    SideSurface = 27, Side, Surface, "side-surface";
+    SideFace = 28, Side, Face, "side-face";
+    SidePlane = 29, Side, Plane, "side-plane";
+    SurfaceSurface = 30, Surface, Surface, "surface-surface";
+    SurfaceFace = 31, Surface, Face, "surface-face";
+    SurfacePlane = 32, Surface, Plane, "surface-plane";
+    FaceFace = 33, Face, Face, "face-face";
+    FacePlane = 34, Face, Plane, "face-plane";
 }

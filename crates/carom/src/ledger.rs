@@ -162,7 +162,12 @@ fn totals(world: &World, now: Time) -> Totals {
         angular_scale.add(moment.length());
         free_mass.add(mass);
         pending.add(gravity_moment(world, ball, now));
-        if let Some(spin) = &world.spin {
+        if let Some(body) = world.turning_body(ball) {
+            let momentum = body.angular_momentum();
+            kinetic.add(body.rotational_energy(body.orientation, body.angular_velocity));
+            angular.add(momentum);
+            angular_scale.add(momentum.length());
+        } else if let Some(spin) = &world.spin {
             let omega = spin.angular_velocity[ball];
             kinetic.add(0.5 * spin.inertia[ball] * omega.length_squared());
             angular.add(omega * spin.inertia[ball]);

@@ -8,6 +8,7 @@ pub mod lanes;
 pub mod root;
 mod row;
 mod seeker;
+pub(crate) mod solids;
 pub mod turning;
 
 use glam::DVec3;
@@ -15,10 +16,11 @@ use glam::DVec3;
 use self::lanes::Width;
 use self::row::{Search, Soonest};
 use self::seeker::Seeker;
-use crate::event::{Kind, Rank};
+use crate::event::{Kind, PairKind, Rank};
 use crate::time::Time;
 use crate::tolerance::{self, SAME_INSTANT};
 use crate::world::cells::Face;
+use crate::world::lists::Lists;
 use crate::world::nearby::{Gathered, Nearby, PlaneSet};
 use crate::world::{Domain, Partner, World};
 
@@ -120,7 +122,12 @@ impl Periods {
         if self.any { separation - self.shift(separation) } else { separation }
     }
 
-    /// The whole sizes of the box (m) in a separation, along each axis.
+    /// The whole sizes of the box (m) in a separation, along each axis; zero where space is not periodic.
+    #[inline(always)]
+    pub fn shift_of(&self, separation: DVec3) -> DVec3 {
+        if self.any { self.shift(separation) } else { DVec3::ZERO }
+    }
+
     #[inline(always)]
     fn shift(&self, separation: DVec3) -> DVec3 {
         round(separation * self.inverse) * self.length
@@ -197,6 +204,9 @@ impl Predictor {
     #[inline(always)]
     pub fn first_impact(&mut self, world: &World, nearby: &Nearby, ball: usize, now: Time) -> First {
         if let Nearby::Lists(lists) = nearby {
+            if world.turning.is_some() {
+                return self.first_with_turning(world, lists, ball, now);
+            }
             return self.first_of(world, lists.row(ball), lists.planes(ball), ball, now);
         }
         self.first_gathered(world, nearby, ball, now)
@@ -215,7 +225,9 @@ impl Predictor {
     /// The first impacts of both balls of an impact.
     #[inline(always)]
     pub fn first_impacts(&mut self, world: &World, nearby: &Nearby, balls: [usize; 2], now: Time) -> [First; 2] {
-        if let Nearby::Lists(lists) = nearby {
+        if let Nearby::Lists(lists) = nearby
+            && world.turning.is_none()
+        {
             let seekers = balls.map(|ball| Seeker { world, predictor: self, ball, now });
             if seekers[0].is_plain() && seekers[1].is_plain() {
                 let rows = balls.map(|ball| lists.row(ball));
@@ -238,6 +250,61 @@ impl Predictor {
     #[inline(always)]
     fn first_of(&self, world: &World, row: &[u32], planes: PlaneSet, ball: usize, now: Time) -> First {
         Seeker { world, predictor: self, ball, now }.first(row, planes)
+    }
+
+    /// The first impact of `ball`, which may turn, with anybody near, of whom some may.
+    #[inline(never)]
+    fn first_with_turning(&self, world: &World, lists: &Lists, ball: usize, now: Time) -> First {
+        let turns = world.turning_body(ball).is_some();
+        let seeker = Seeker { world, predictor: self, ball, now };
+        // Planes are for balls alone here.
+        let planes = if turns { PlaneSet::NONE } else { lists.planes(ball) };
+        let mut first = seeker.first(lists.row(ball), planes);
+        // Nothing after the body has left its list needs to be known.
+        let leaves = lists.leaves(world, ball, now);
+        for &other in lists.beside(ball) {
+            let limit = if first.time.before(leaves) { first.time } else { leaves };
+            let time = solids::impact_of_bodies(world, &self.periods, ball, other as usize, now, limit, self.same);
+            first = first.or(time, Partner::ball(other), self.same);
+        }
+        if turns && !world.is_fixed(ball) {
+            for row in 0..world.planes.len() {
+                if lists.planes(ball).contains(row) {
+                    let limit = if first.time.before(leaves) { first.time } else { leaves };
+                    let time = solids::impact_with_plane(world, ball, row, limit, self.same);
+                    first = first.or(time, Partner::plane(row as u32), self.same);
+                }
+            }
+        }
+        if first.tied { self.lowest_with_turning(world, lists, ball, now, first) } else { first }
+    }
+
+    /// Second look, where several impacts may belong to one instant: the one that comes first in rank.
+    #[cold]
+    fn lowest_with_turning(&self, world: &World, lists: &Lists, ball: usize, now: Time, first: First) -> First {
+        let turns = world.turning_body(ball).is_some();
+        let end = world.clock.after(first.time, 2.0 * self.same);
+        let mut found: Vec<(Time, Partner)> = vec![(first.time, first.partner)];
+        for &other in lists.beside(ball) {
+            let time = solids::impact_of_bodies(world, &self.periods, ball, other as usize, now, end, self.same);
+            found.push((time, Partner::ball(other)));
+        }
+        for row in 0..world.planes.len() {
+            if turns && !world.is_fixed(ball) && lists.planes(ball).contains(row) {
+                found.push((solids::impact_with_plane(world, ball, row, end, self.same), Partner::plane(row as u32)));
+            }
+        }
+        if !turns {
+            let seeker = Seeker { world, predictor: self, ball, now };
+            let other = seeker.lowest_of_instant(lists.row(ball), lists.planes(ball));
+            found.push((other.time, other.partner));
+        }
+        let earliest =
+            found.iter().fold(Time::NEVER, |first, &(time, _)| if time.before(first) { time } else { first });
+        let end = world.clock.after(earliest, self.same);
+        let of_instant = found.into_iter().filter(|(time, _)| !end.before(*time));
+        let lowest = of_instant.min_by_key(|&(_, partner)| rank(world, ball, partner));
+        lowest.map_or(First::NEVER, |(time, partner)| First { time, partner, tied: false })
     }
 
     /// After a passage through the face of a cell: the first impact with the balls newly near, the planes near, and the ball
@@ -284,10 +351,12 @@ fn for_planes(world: &World, planes: PlaneSet, ball: usize, mut visit: impl FnMu
 /// The rank of the impact of `ball` with `partner` among those of one instant.
 pub fn rank(world: &World, ball: usize, partner: Partner) -> Rank {
     let id = world.ids[ball];
-    let (kind, other) = match (partner.as_ball(), partner.as_plane()) {
-        (Some(other), _) => (Kind::BallBall, world.ids[other]),
-        (None, Some(row)) => (Kind::BallPlane, world.planes[row].id),
-        (None, None) => (Kind::BallPlane, i64::MAX),
+    let (pair, other) = match (partner.as_ball(), partner.as_plane()) {
+        (Some(other), _) => (PairKind::BallBall, world.ids[other]),
+        (None, Some(row)) => (PairKind::BallPlane, world.planes[row].id),
+        (None, None) => (PairKind::BallPlane, i64::MAX),
     };
-    Rank { kind, ids: (id.min(other), id.max(other)) }
+    let turns = |row: usize| world.turning_body(row).is_some();
+    let turning = turns(ball) || partner.as_ball().is_some_and(turns);
+    Rank { pair: if turning { PairKind::Turning } else { pair }, ids: (id.min(other), id.max(other)) }
 }

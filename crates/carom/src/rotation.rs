@@ -86,6 +86,20 @@ struct Tumbling {
 }
 
 impl Rotation {
+    /// Of what does not turn.
+    pub const REST: Self = Self {
+        motion: Motion::Steady(Steady {
+            orientation: DQuat::IDENTITY,
+            angular_velocity: DVec3::ZERO,
+            axis: DVec3::ZERO,
+            half_turn: TurnRate::NONE,
+        }),
+        energy: 0.0,
+        angular_momentum: 0.0,
+        fastest: 0.0,
+        fastest_change: 0.0,
+    };
+
     /// The rotation of a body with these principal moments of inertia (kg m², in the order of its axes; each positive,
     /// none more than 1e60 times another), of this orientation (principal axes to world; a unit quaternion but for
     /// rounding, of which only the direction counts) and this angular velocity (rad/s, world axes).

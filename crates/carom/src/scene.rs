@@ -5,15 +5,18 @@ mod fill;
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 pub use fill::{Fill, Placement, RadiusDistribution};
 
 use crate::error::{CheckError, Problem};
 use crate::event::Kind;
 use crate::flight::Flight;
+use crate::predict::turning::solid::Solid;
+use crate::rotation::Rotation;
 use crate::shape::BodyGeometry;
 use crate::time::Clock;
+use crate::world::turning::{TurningBodies, TurningBody};
 use crate::world::{Body, Boundary, Domain, Partner, Plane, RestitutionTable, Spin, World};
 
 /// Balls by column, in any order.
@@ -220,10 +223,11 @@ impl Scene {
         Ok((world, report))
     }
 
-    /// The world of these balls, sorted by id, not yet checked for overlaps.
+    /// The world of these balls and of the bodies that turn, sorted by id, not yet checked for overlaps.
     fn world(&self, balls: Balls) -> World {
-        let mut order: Vec<usize> = (0..balls.len()).collect();
-        order.sort_by_key(|&row| balls.ids[row]);
+        let mut order: Vec<(i64, Row)> = balls.ids.iter().enumerate().map(|(row, &id)| (id, Row::Ball(row))).collect();
+        order.extend(self.solids.iter().enumerate().map(|(row, solid)| (solid.id, Row::Solid(row))));
+        order.sort_by_key(|&(id, _)| id);
         let mut planes = self.planes.clone();
         planes.extend(walls(&self.domain, self.domain_material));
         planes.sort_by_key(|plane| plane.id);
@@ -233,13 +237,31 @@ impl Scene {
         for &(a, b, e) in &self.pairs {
             restitution.set(a, b, e);
         }
+        let planes: Vec<Plane> = planes
+            .iter()
+            .map(|plane| Plane {
+                id: plane.id,
+                normal: plane.normal,
+                offset: plane.offset,
+                velocity: plane.velocity,
+                start,
+                material: plane.material,
+            })
+            .collect();
+        let rows: Vec<Member> = order.iter().map(|&(_, row)| self.member(&balls, row)).collect();
         let turns = |row: usize| balls.angular_velocities[row] != DVec3::ZERO;
         let turned = |row: usize| balls.orientations[row] != [1.0, 0.0, 0.0, 0.0];
-        let spin = order.iter().any(|&row| turns(row) || turned(row)).then(|| Spin {
-            orientation: order.iter().map(|&row| balls.orientations[row]).collect(),
-            angular_velocity: order.iter().map(|&row| balls.angular_velocities[row]).collect(),
-            inertia: order.iter().map(|&row| balls.inertias[row]).collect(),
-            start,
+        let spin = (0..balls.len()).any(|row| turns(row) || turned(row)).then(|| {
+            let of = |row: &(i64, Row)| match row.1 {
+                Row::Ball(ball) => (balls.orientations[ball], balls.angular_velocities[ball], balls.inertias[ball]),
+                Row::Solid(_) => ([1.0, 0.0, 0.0, 0.0], DVec3::ZERO, 0.0),
+            };
+            Spin {
+                orientation: order.iter().map(|row| of(row).0).collect(),
+                angular_velocity: order.iter().map(|row| of(row).1).collect(),
+                inertia: order.iter().map(|row| of(row).2).collect(),
+                start,
+            }
         });
         let mut world = World {
             clock,
@@ -249,33 +271,24 @@ impl Scene {
             domain: self.domain,
             restitution,
             rows: (0..order.len() as u32).collect(),
-            ids: order.iter().map(|&row| balls.ids[row]).collect(),
-            flights: order.iter().map(|&row| Flight::new(balls.positions[row], balls.velocities[row], start)).collect(),
-            radii: order.iter().map(|&row| balls.radii[row]).collect(),
-            bodies: order
+            ids: order.iter().map(|&(id, _)| id).collect(),
+            flights: rows.iter().map(|row| Flight::new(row.position, row.velocity, start)).collect(),
+            radii: rows.iter().map(|row| row.radius).collect(),
+            bodies: rows
                 .iter()
                 .enumerate()
-                .map(|(rank, &row)| Body {
+                .map(|(rank, row)| Body {
                     rank: rank as u32,
-                    mass: if balls.fixed[row] { f64::INFINITY } else { balls.masses[row] },
+                    mass: if row.fixed { f64::INFINITY } else { row.mass },
                     energy: 0.0,
-                    material: balls.materials[row],
+                    material: row.material,
                     last_partner: Partner::NONE,
                 })
                 .collect(),
             impacts: vec![0; order.len()],
             images: if self.domain.is_periodic() { vec![[0; 3]; order.len()] } else { Vec::new() },
-            planes: planes
-                .iter()
-                .map(|plane| Plane {
-                    id: plane.id,
-                    normal: plane.normal,
-                    offset: plane.offset,
-                    velocity: plane.velocity,
-                    start,
-                    material: plane.material,
-                })
-                .collect(),
+            turning: self.turning(&order, &planes),
+            planes,
             spin,
             growth: None,
         };
@@ -287,12 +300,74 @@ impl Scene {
         world
     }
 
+    fn member(&self, balls: &Balls, row: Row) -> Member {
+        match row {
+            Row::Ball(row) => Member {
+                position: balls.positions[row],
+                velocity: balls.velocities[row],
+                radius: balls.radii[row],
+                mass: balls.masses[row],
+                material: balls.materials[row],
+                fixed: balls.fixed[row],
+            },
+            Row::Solid(row) => {
+                let solid = &self.solids[row];
+                Member {
+                    position: solid.position,
+                    velocity: solid.velocity,
+                    radius: solid.geometry.radius,
+                    mass: solid.mass,
+                    material: solid.material,
+                    fixed: solid.fixed,
+                }
+            }
+        }
+    }
+
+    /// The bodies that turn, among all rows.
+    fn turning(&self, order: &[(i64, Row)], planes: &[Plane]) -> Option<TurningBodies> {
+        // Bodies that share a shape share what is prepared of it.
+        let mut prepared: Vec<(*const BodyGeometry, Arc<[Solid]>)> = Vec::new();
+        let mut bodies = Vec::with_capacity(self.solids.len());
+        for (row, &(_, member)) in order.iter().enumerate() {
+            let Row::Solid(solid) = member else { continue };
+            let solid = &self.solids[solid];
+            let shape = Arc::as_ptr(&solid.geometry);
+            let known = prepared.iter().rev().find(|(known, _)| *known == shape).map(|(_, parts)| parts.clone());
+            let parts = known.unwrap_or_else(|| {
+                let parts: Arc<[Solid]> = Solid::parts(&solid.geometry.shape).into();
+                prepared.push((shape, parts.clone()));
+                parts
+            });
+            // What is prescribed keeps its angular velocity, as a body does whose moments are equal.
+            let moments =
+                if solid.fixed { DVec3::ONE } else { solid.inertia.unwrap_or(solid.geometry.gyration * solid.mass) };
+            let [w, x, y, z] = solid.geometry.principal_orientation(solid.orientation);
+            let orientation = DQuat::from_xyzw(x, y, z, w).normalize();
+            bodies.push(TurningBody {
+                row: row as u32,
+                geometry: solid.geometry.clone(),
+                parts,
+                moments,
+                orientation,
+                angular_velocity: solid.angular_velocity,
+                rotation: Rotation::new(moments, orientation, solid.angular_velocity),
+            });
+        }
+        (!bodies.is_empty()).then(|| TurningBodies::new(order.len(), bodies, planes))
+    }
+
     /// A clock whose span is some 64 times the time in which the fastest body crosses the smallest radius: rounding of an
     /// instant then moves nothing by more than about 1e-14 radii.
     fn clock(&self, balls: &Balls, planes: &[PlaneBody]) -> Clock {
-        let smallest = balls.radii.iter().copied().fold(f64::INFINITY, f64::min);
+        // Of a body that turns, a thousandth of its size is a detail.
+        let details = self.solids.iter().map(|solid| solid.geometry.in_radius.max(1e-3 * solid.geometry.radius));
+        let smallest = balls.radii.iter().copied().chain(details).fold(f64::INFINITY, f64::min);
         let speeds = balls.velocities.iter().chain(planes.iter().map(|plane| &plane.velocity));
-        let fastest = speeds.map(|velocity| velocity.length()).fold(0.0, f64::max);
+        let of_solid =
+            |solid: &SolidBody| solid.velocity.length() + solid.angular_velocity.length() * solid.geometry.radius;
+        let fastest =
+            speeds.map(|velocity| velocity.length()).chain(self.solids.iter().map(of_solid)).fold(0.0, f64::max);
         let fastest = fastest.max((self.gravity.length() * smallest).sqrt());
         let crossing = smallest / fastest;
         if crossing.is_finite() && crossing > 0.0 { Clock::with_span(32.0 * crossing) } else { Clock::with_span(1.0) }
@@ -312,6 +387,23 @@ impl Scene {
             ("law", "newton: v_AB·n after = -e v_AB·n before, without friction"),
         ]
     }
+}
+
+/// Where a body stands in its scene.
+#[derive(Clone, Copy, Debug)]
+enum Row {
+    Ball(usize),
+    Solid(usize),
+}
+
+/// What all bodies have.
+struct Member {
+    position: DVec3,
+    velocity: DVec3,
+    radius: f64,
+    mass: f64,
+    material: u32,
+    fixed: bool,
 }
 
 /// The walls of a domain as planes.

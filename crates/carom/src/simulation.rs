@@ -3,6 +3,7 @@
 mod checkpoint;
 mod guard;
 mod impact;
+mod turning_impact;
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

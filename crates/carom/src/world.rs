@@ -5,11 +5,14 @@ pub mod bins;
 pub mod cells;
 pub mod lists;
 pub mod nearby;
+pub mod turning;
 
 use glam::DVec3;
 
 use crate::flight::Flight;
 use crate::time::{Clock, Time};
+
+use self::turning::{TurningBodies, TurningBody};
 
 /// How space ends along one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -216,6 +219,8 @@ pub struct World {
     pub planes: Vec<Plane>,
     /// Spin, if any ball has one or is turned.
     pub spin: Option<Spin>,
+    /// The bodies that turn, if there are any. Their `radii` are those of the spheres around them.
+    pub turning: Option<TurningBodies>,
     /// While balls are placed: all radii grow.
     pub growth: Option<Growth>,
 }
@@ -266,6 +271,12 @@ impl World {
     #[inline(always)]
     pub fn is_fixed(&self, ball: usize) -> bool {
         self.bodies[ball].mass == f64::INFINITY
+    }
+
+    /// The body in a row, if it turns.
+    #[inline(always)]
+    pub fn turning_body(&self, row: usize) -> Option<&TurningBody> {
+        self.turning.as_ref().and_then(|turning| turning.at(row))
     }
 
     /// A ball's acceleration (m/s²).
@@ -323,6 +334,9 @@ impl World {
     /// A ball's orientation (w, x, y, z), body to world, at `time`: the start's, turned at the constant rate of a smooth
     /// ball, exp(ω t / 2) q.
     pub fn orientation(&self, ball: usize, time: Time) -> [f64; 4] {
+        if let Some(body) = self.turning_body(ball) {
+            return body.users_orientation_after(time.since(self.flights[ball].start()));
+        }
         let Some(spin) = &self.spin else { return [1.0, 0.0, 0.0, 0.0] };
         let [w, x, y, z] = spin.orientation[ball];
         let rate = spin.angular_velocity[ball];
@@ -337,8 +351,11 @@ impl World {
         [cosine * w - turn.dot(part), vector.x, vector.y, vector.z]
     }
 
-    /// A ball's angular velocity (rad/s, world axes): constant.
-    pub fn angular_velocity(&self, ball: usize) -> DVec3 {
+    /// A body's angular velocity (rad/s, world axes) at `time`: constant of a ball.
+    pub fn angular_velocity(&self, ball: usize, time: Time) -> DVec3 {
+        if let Some(body) = self.turning_body(ball) {
+            return body.rotation.angular_velocity_after(time.since(self.flights[ball].start()));
+        }
         self.spin.as_ref().map_or(DVec3::ZERO, |spin| spin.angular_velocity[ball])
     }
 
@@ -357,12 +374,15 @@ impl World {
         (position, images)
     }
 
-    /// A free ball's energy (J) right after its last impact: kinetic and in gravity.
+    /// A free body's energy (J) right after its last impact: kinetic, without the spin of balls, and in gravity.
     #[inline(always)]
     pub fn energy(&self, ball: usize) -> f64 {
         let flight = &self.flights[ball];
         0.5 * self.bodies[ball].mass * flight.velocity().length_squared()
             + self.potential_energy(ball, flight.position())
+            + self
+                .turning_body(ball)
+                .map_or(0.0, |body| body.rotational_energy(body.orientation, body.angular_velocity))
     }
 
     /// A position (m) as if the ball had never been put back into the box.

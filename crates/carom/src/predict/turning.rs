@@ -85,11 +85,15 @@ impl Memory {
 /// Steps after which a search is cut off (a count); a hundred is much, and grazing passes need some thousand at worst.
 pub const STEPS: u32 = 20_000;
 
+/// Seconds that stand for ever, so that no product with them is infinite.
+const FOREVER: f64 = 1e30;
+
 /// Bodies that turn about changing axes are followed for at most this part of a radian at a time in a direction that turns (pure
 /// number), so that the bound of how their axes drift stays small. It limits a step, not what is found.
 const DRIFT: f64 = 0.25;
 
-/// When A and B first touch, within `horizon` seconds. One of them may be a half-space. Swapping A and B turns the normal around.
+/// When A and B first touch, within `horizon` seconds; an impact found is the same for every later horizon. One of them may be a
+/// half-space. Swapping A and B turns the normal around.
 pub fn first_impact<R: Turning>(a: &Body<R>, b: &Body<R>, horizon: f64, memory: &mut Memory) -> Search {
     if a.solid.is_half_space() {
         let mut search = first_impact(b, a, horizon, memory);
@@ -106,13 +110,23 @@ pub fn first_impact<R: Turning>(a: &Body<R>, b: &Body<R>, horizon: f64, memory: 
         if !(entry < horizon) {
             break;
         }
-        let ended = walk(a, b, &flight, (entry, exit.min(horizon)), memory, &mut search);
+        let ended = walk(a, b, &flight, (entry, exit.min(FOREVER)), horizon, memory, &mut search);
         if ended || flight.straight || !(exit < horizon) || exit <= after {
             break;
         }
         after = exit;
     }
     search
+}
+
+/// The gap (m) of two bodies as they stand, in a direction that is a local best; negative if they overlap.
+pub fn gap<R: Turning>(a: &Body<R>, b: &Body<R>) -> f64 {
+    if a.solid.is_half_space() {
+        return gap(b, a);
+    }
+    let flight = RelativeFlight::of(a, b);
+    let (pair, _) = flight.pair(a, b, 0.0);
+    pair.separate(&Memory::default().known(pair.offset), flight.close(a, b)).gap
 }
 
 /// The contact of two bodies `seconds` on, at an impact that was found: all points that touch then.
@@ -222,12 +236,18 @@ fn walk<R: Turning>(
     b: &Body<R>,
     flight: &RelativeFlight,
     (entry, exit): Window,
+    horizon: f64,
     memory: &mut Memory,
     search: &mut Search,
 ) -> bool {
     let close = flight.close(a, b);
     let mut seconds = entry;
     loop {
+        // The horizon ends the walk and does not shape it: what is found is the same for every horizon beyond it.
+        if seconds > horizon {
+            search.clear_until = horizon;
+            return true;
+        }
         search.steps += 1;
         let (pair, motion) = flight.pair(a, b, seconds);
         let left = exit - seconds;

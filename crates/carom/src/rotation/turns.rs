@@ -8,6 +8,9 @@ use super::double_double::{DoubleDouble, two_product, two_sum};
 pub struct TurnRate(DoubleDouble);
 
 impl TurnRate {
+    /// Of what stands still.
+    pub const NONE: Self = Self(DoubleDouble { high: 0.0, low: 0.0 });
+
     /// The rate of so many rad/s.
     pub fn from_radians(rate: DoubleDouble) -> Self {
         Self(rate * DoubleDouble::INVERSE_TWO_PI)

@@ -6,9 +6,11 @@ use glam::DVec3;
 
 use super::{Balls, BuildReport, Scene};
 use crate::error::{CheckError, Problem};
+use crate::predict::solids::{gap_above_plane, gap_of_bodies};
 use crate::time::Time;
-use crate::tolerance::{LIMITS, UNIT_LENGTH, touching};
+use crate::tolerance::{CELL_MARGIN, LIMITS, UNIT_LENGTH, touching};
 use crate::world::cells::Cells;
+use crate::world::lists::HALF_BOX;
 use crate::world::nearby::Gathered;
 use crate::world::{Boundary, World};
 
@@ -178,13 +180,15 @@ fn largest_coordinate(vectors: &[DVec3]) -> f64 {
 /// Checks that every ball is on the free side of every plane and that no two balls overlap.
 pub(super) fn geometry(world: &mut World, shrink: Option<f64>) -> Result<BuildReport, CheckError> {
     let start = world.start;
-    let mut problems = outside(world, start);
+    let mut problems: Vec<Problem> = narrow(world).into_iter().collect();
+    problems.extend(outside(world, start));
     let pairs = overlaps(world, start);
     let mut report = BuildReport { shrink_factor: 1.0, overlaps: 0, deepest_overlap: 0.0 };
     let deepest = pairs.iter().map(|pair| pair.depth).fold(0.0, f64::max);
     if let Some(most) = shrink
         && deepest <= most
         && pairs.iter().all(|pair| pair.distance > 0.0)
+        && world.turning.is_none()
         && problems.is_empty()
     {
         let factor = pairs.iter().map(|pair| pair.distance / (pair.distance + pair.depth)).fold(1.0, f64::min);
@@ -200,18 +204,38 @@ pub(super) fn geometry(world: &mut World, shrink: Option<f64>) -> Result<BuildRe
     }
     problems.extend(pairs.into_iter().take(MOST_PROBLEMS).map(|pair| {
         let ids = (world.ids[pair.a], world.ids[pair.b]);
+        let other = noun(world, pair.b);
         let reason = if pair.distance == 0.0 {
-            format!("has the same centre as ball {}", ids.1)
+            format!("has the same centre as {other} {}", ids.1)
         } else {
-            format!("overlaps ball {} by {:e} m", ids.1, pair.depth)
+            format!("overlaps {other} {} by {:e} m", ids.1, pair.depth)
         };
         Problem {
             other: Some(ids.1),
             depth: Some(pair.depth),
-            ..Problem::new("ball", Some(ids.0), "position", world.flights[pair.a].position(), reason)
+            ..Problem::new(noun(world, pair.a), Some(ids.0), "position", world.flights[pair.a].position(), reason)
         }
     }));
     if problems.is_empty() { Ok(report) } else { Err(CheckError { problems }) }
+}
+
+/// What a body is called in messages.
+fn noun(world: &World, row: usize) -> &'static str {
+    if world.turning_body(row).is_some() { "body" } else { "ball" }
+}
+
+/// Bodies that turn need a periodic box in which one image of a neighbour is the nearest whatever way they are turned.
+fn narrow(world: &World) -> Option<Problem> {
+    world.turning.as_ref()?;
+    let [largest, second] = world.largest_radii();
+    let least = (largest + second) * (1.0 + CELL_MARGIN) / (0.999 * HALF_BOX);
+    let periodic = |axis: &usize| world.domain.boundary[*axis] == Boundary::Periodic;
+    let axis = (0..3).filter(periodic).find(|&axis| world.domain.size[axis] < least)?;
+    let reason = format!(
+        "is too small along {} for bodies that turn: they need {least} m, so that the spheres around two of them meet in one image only",
+        ["x", "y", "z"][axis]
+    );
+    Some(Problem::new("domain", None, "size", world.domain.size, reason))
 }
 
 fn outside(world: &World, start: Time) -> Vec<Problem> {
@@ -222,7 +246,7 @@ fn outside(world: &World, start: Time) -> Vec<Problem> {
             let half = 0.5 * world.domain.size[axis];
             if world.domain.boundary[axis] == Boundary::Periodic && position[axis].abs() > half {
                 problems.push(Problem::new(
-                    "ball",
+                    noun(world, ball),
                     Some(world.ids[ball]),
                     "position",
                     position,
@@ -233,8 +257,11 @@ fn outside(world: &World, start: Time) -> Vec<Problem> {
         if world.is_fixed(ball) {
             continue;
         }
-        for plane in &world.planes {
-            let gap = plane.normal.dot(position) - plane.offset_at(start) - world.radii[ball];
+        for (row, plane) in world.planes.iter().enumerate() {
+            let mut gap = plane.normal.dot(position) - plane.offset_at(start) - world.radii[ball];
+            if gap < 0.0 && world.turning_body(ball).is_some() {
+                gap = gap_above_plane(world, ball, row, start);
+            }
             let largest = largest_coordinate(&[position]).max(world.radii[ball]).max(plane.offset.abs());
             if gap < -touching(largest) && problems.len() < MOST_PROBLEMS {
                 let name = if plane.id < 0 { format!("wall {}", plane.id) } else { format!("plane {}", plane.id) };
@@ -242,7 +269,7 @@ fn outside(world: &World, start: Time) -> Vec<Problem> {
                     other: Some(plane.id),
                     depth: Some(-gap),
                     ..Problem::new(
-                        "ball",
+                        noun(world, ball),
                         Some(world.ids[ball]),
                         "position",
                         position,
@@ -291,8 +318,12 @@ fn overlaps(world: &World, start: Time) -> Vec<Overlap> {
             }
             let (distance, sum) = (r.length(), world.radii[a] + world.radii[b]);
             let largest = largest_coordinate(&[positions[a], positions[b], periods]).max(sum);
-            if sum - distance > touching(largest) && found.len() < MOST_OVERLAPS {
-                found.push(Overlap { a, b, distance, depth: sum - distance });
+            let mut depth = sum - distance;
+            if depth > touching(largest) && (world.turning_body(a).is_some() || world.turning_body(b).is_some()) {
+                depth = -gap_of_bodies(world, a, b, start);
+            }
+            if depth > touching(largest) && found.len() < MOST_OVERLAPS {
+                found.push(Overlap { a, b, distance, depth });
             }
         }
         found[first..].sort_by_key(|pair| pair.b);

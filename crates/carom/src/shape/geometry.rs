@@ -96,6 +96,11 @@ impl BodyGeometry {
         Ok((centre, product(orientation, self.orientation)))
     }
 
+    /// How the principal axes are turned (w, x, y, z; to world) when the user's frame is turned by `orientation`.
+    pub fn principal_orientation(&self, orientation: [f64; 4]) -> [f64; 4] {
+        product(orientation, self.orientation)
+    }
+
     /// Where the user's frame is and how it is turned when the centre of mass is at `position` (m) and the principal
     /// axes are turned by `orientation` (w, x, y, z).
     pub fn to_users(&self, position: DVec3, orientation: [f64; 4]) -> (DVec3, [f64; 4]) {

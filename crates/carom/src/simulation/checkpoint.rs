@@ -2,7 +2,7 @@
 //!
 //! Predictions are not stored: each depends on the states after the last impacts alone, so they come out the same.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use super::{Counts, Simulation};
 use crate::error::{CheckError, Problem};
@@ -109,6 +109,10 @@ impl Simulation {
                     out.u64(count as u32 as u64);
                 }
             }
+            if let Some(body) = world.turning_body(ball) {
+                out.floats(&body.orientation.to_array());
+                out.floats(&body.angular_velocity.to_array());
+            }
         }
         out.0
     }
@@ -183,6 +187,9 @@ impl Simulation {
                 for count in image {
                     *count = input.u64()? as u32 as i32;
                 }
+            }
+            if let Some(body) = world.turning.as_mut().and_then(|turning| turning.at_mut(ball)) {
+                body.turn_on(DQuat::from_array(input.floats()?), input.vector()?);
             }
         }
         if !input.0.is_empty() {

@@ -27,6 +27,12 @@ impl Simulation {
     pub(super) fn resolve(&mut self, ball: usize, partner: Partner, time: Time) -> Result<(), CollapseError> {
         // Within one instant the order of ranks may differ from that of times by rounding; the clock does not run back.
         let now = self.now.later(time);
+        let turns = |row: usize| self.world.turning_body(row).is_some();
+        if turns(ball) || partner.as_ball().is_some_and(turns) {
+            self.resolve_turning(ball, partner, now)?;
+            self.now = now;
+            return Ok(());
+        }
         match (partner.as_ball(), partner.as_plane()) {
             (Some(other), _) => {
                 let in_order = self.world.bodies[ball].rank < self.world.bodies[other].rank;
@@ -162,7 +168,13 @@ impl Simulation {
     /// Refuses to go on where impacts that lose energy accumulate, this one being the last straw, and where bodies have become
     /// so fast that the clock does not resolve where they are.
     #[inline(always)]
-    fn refuse(&mut self, contact: &Contact, ball: usize, partner: Partner, now: Time) -> Result<(), CollapseError> {
+    pub(super) fn refuse(
+        &mut self,
+        contact: &Contact,
+        ball: usize,
+        partner: Partner,
+        now: Time,
+    ) -> Result<(), CollapseError> {
         if self.guard.is_too_fast(contact.approach_speed) {
             return Err(self.collapse(ball, partner, now, Cause::Resolution));
         }
@@ -188,7 +200,7 @@ impl Simulation {
 
     /// Writes a free ball's state after an impact, put back into the periodic box.
     #[inline(always)]
-    fn settle(&mut self, ball: usize, partner: Partner, arrived: DVec3, velocity: DVec3, now: Time) {
+    pub(super) fn settle(&mut self, ball: usize, partner: Partner, arrived: DVec3, velocity: DVec3, now: Time) {
         if self.world.is_fixed(ball) {
             // Its one flight lasts for ever.
             return;
@@ -241,7 +253,7 @@ impl Simulation {
     }
 
     #[cold]
-    fn collapse(&self, ball: usize, partner: Partner, now: Time, cause: Cause) -> CollapseError {
+    pub(super) fn collapse(&self, ball: usize, partner: Partner, now: Time, cause: Cause) -> CollapseError {
         let id = self.world.ids[ball];
         let other = match (partner.as_ball(), partner.as_plane()) {
             (Some(other), _) => self.world.ids[other],

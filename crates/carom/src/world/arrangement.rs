@@ -49,6 +49,9 @@ impl World {
             permute(&mut spin.angular_velocity, from);
             permute(&mut spin.inertia, from);
         }
+        if let Some(turning) = &mut self.turning {
+            turning.rearrange(&to);
+        }
         for body in &mut self.bodies {
             body.last_partner = body.last_partner.with_ball(|row| to[row as usize]);
         }

@@ -23,6 +23,8 @@ const NEIGHBOURS: f64 = 12.5;
 const LEAST_CROWDED: f64 = 1.6;
 /// So few balls are all in each other's way.
 const FEWEST: usize = 64;
+/// Neighbours may be this part of a periodic box apart (pure number): less than half of it, so that one image is the nearest.
+pub const HALF_BOX: f64 = 0.49;
 /// Places of a line of a list.
 const LINE: usize = 16;
 /// Where a ball's list was made, and where the list is.
@@ -82,22 +84,29 @@ pub struct Lists {
     /// First of lines given back, by their class.
     free: Vec<Vec<u32>>,
     planes: Vec<PlaneSet>,
+    /// For each body, whoever is near if one of the two turns; empty where nobody does. Not on the lists above.
+    beside: Vec<Vec<u32>>,
     found: Gathered,
 }
 
 impl Lists {
-    /// Lists for the balls where they are at `now`; `None` where cells serve better.
+    /// Lists for the bodies where they are at `now`; `None` where cells serve better. Bodies that turn always have lists.
     pub fn new(world: &World, now: Time, width: Width) -> Option<Self> {
-        if world.growth.is_some() || world.len() < FEWEST {
+        let turning = world.turning.is_some();
+        if !turning && (world.growth.is_some() || world.len() < FEWEST) {
             return None;
         }
-        let displacement = displacement(world, now)?;
+        let mut displacement = displacement(world, now, turning)?;
         // Near images are unique as long as neighbours are less than half the box apart.
-        let farthest = world.largest_radii().iter().sum::<f64>() + 4.0 * displacement * (1.0 + CELL_MARGIN);
-        let narrow =
-            (0..3).any(|k| world.domain.boundary[k] == Boundary::Periodic && 0.49 * world.domain.size[k] < farthest);
-        if narrow {
-            return None;
+        let largest = world.largest_radii().iter().sum::<f64>();
+        let farthest = |displacement: f64| largest + 4.0 * displacement * (1.0 + CELL_MARGIN);
+        let periodic = (0..3).filter(|&axis| world.domain.boundary[axis] == Boundary::Periodic);
+        let widest = periodic.map(|axis| HALF_BOX * world.domain.size[axis]).fold(f64::INFINITY, f64::min);
+        if widest < farthest(displacement) {
+            if !turning {
+                return None;
+            }
+            displacement = (widest - largest) / (4.0 * (1.0 + CELL_MARGIN));
         }
         let spheres: Vec<f64> = world.radii.iter().map(|radius| radius + displacement * (1.0 + CELL_MARGIN)).collect();
         let (low, high) = world.extent(now);
@@ -110,6 +119,7 @@ impl Lists {
             lines: Vec::with_capacity(world.len() + world.len() / 4),
             free: Vec::new(),
             planes: if world.planes.is_empty() { Vec::new() } else { vec![PlaneSet::NONE; world.len()] },
+            beside: if turning { vec![Vec::new(); world.len()] } else { Vec::new() },
             bins,
             found: Gathered::default(),
         };
@@ -127,6 +137,12 @@ impl Lists {
         let shell = &self.shells[ball];
         let (start, len) = (LINE * shell.start as usize, shell.fill.len().next_multiple_of(MOST));
         &self.lines.as_flattened()[start..start + len]
+    }
+
+    /// Whoever is near if one of the two turns.
+    #[inline(always)]
+    pub fn beside(&self, ball: usize) -> &[u32] {
+        self.beside.get(ball).map_or(&[], Vec::as_slice)
     }
 
     /// Fetches where the ball's list is.
@@ -220,6 +236,14 @@ impl Lists {
             let other = self.lines[start as usize + k / LINE][k % LINE];
             self.remove(lanes, other as usize, ball as u32);
         }
+        if !self.beside.is_empty() {
+            let mut others = std::mem::take(&mut self.beside[ball]);
+            for &other in &others {
+                self.beside[other as usize].retain(|&known| known as usize != ball);
+            }
+            others.clear();
+            self.beside[ball] = others;
+        }
         let shell = &mut self.shells[ball];
         shell.fill = Fill::new(0, fill.class());
         // What was crowded once need not be so for ever.
@@ -246,6 +270,15 @@ impl Lists {
             }
             // Two bodies in prescribed motion pass through each other.
             if fixed && world.is_fixed(other as usize) {
+                continue;
+            }
+            if !self.beside.is_empty()
+                && (world.turning_body(ball).is_some() || world.turning_body(other as usize).is_some())
+            {
+                self.beside[ball].push(other);
+                if mutual {
+                    self.beside[other as usize].push(ball as u32);
+                }
                 continue;
             }
             self.add(ball, other);
@@ -333,6 +366,7 @@ impl Lists {
             + self.shells.len() * size_of::<Shell>()
             + self.lines.capacity() * size_of::<[u32; LINE]>()
             + self.planes.len()
+            + self.beside.iter().map(|others| size_of::<Vec<u32>>() + 4 * others.capacity()).sum::<usize>()
     }
 }
 
@@ -376,8 +410,9 @@ impl Work for Renewal<'_> {
     }
 }
 
-/// The displacement (m) with which a ball of middle size has about [`NEIGHBOURS`] on its list; `None` where lists do not pay.
-fn displacement(world: &World, now: Time) -> Option<f64> {
+/// The displacement (m) with which a ball of middle size has about [`NEIGHBOURS`] on its list; `None` where lists do not pay,
+/// unless they are `needed`.
+fn displacement(world: &World, now: Time, needed: bool) -> Option<f64> {
     let (low, high) = world.extent(now);
     let mut volume = 1.0;
     let mut axes = 0;
@@ -399,8 +434,11 @@ fn displacement(world: &World, now: Time) -> Option<f64> {
         _ => 2.0 * radius,
     };
     let mean = world.radii.iter().sum::<f64>() / count;
-    if axes < 2 || ball(2.0 * mean) * count / volume < LEAST_CROWDED {
+    if !needed && (axes < 2 || ball(2.0 * mean) * count / volume < LEAST_CROWDED) {
         return None;
+    }
+    if axes < 2 {
+        return Some(mean);
     }
     let within = (NEIGHBOURS + 1.0) * volume / count;
     let reach = if axes == 3 { (within / ball(1.0)).cbrt() } else { (within / ball(1.0)).sqrt() };

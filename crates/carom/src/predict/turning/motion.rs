@@ -3,6 +3,7 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::solid::Solid;
+use crate::rotation::Rotation;
 
 /// A free rotation known in closed form. Seconds count from the body's last impact.
 pub trait Turning {
@@ -12,6 +13,23 @@ pub trait Turning {
     fn fastest(&self) -> f64;
     /// A bound of |dω/dt| (rad/s²) at all times; 0 where ω is constant.
     fn fastest_change(&self) -> f64;
+}
+
+impl Turning for Rotation {
+    #[inline]
+    fn state_after(&self, seconds: f64) -> (DQuat, DVec3) {
+        Rotation::state_after(self, seconds)
+    }
+
+    #[inline(always)]
+    fn fastest(&self) -> f64 {
+        Rotation::fastest(self)
+    }
+
+    #[inline(always)]
+    fn fastest_change(&self) -> f64 {
+        Rotation::fastest_change(self)
+    }
 }
 
 /// Rotation with constant angular velocity: spherical tops, bodies in prescribed motion. R(t) = exp(ω t) R(0).

@@ -25,9 +25,8 @@ impl Corners {
             return Self::Box(indices);
         }
         let at = |row: usize, k: usize| points.get(row * LANES + k).unwrap_or(&points[0]).to_array();
-        let rows = (0..points.len().div_ceil(LANES)).map(|row| {
-            std::array::from_fn(|coordinate| std::array::from_fn(|k| at(row, k)[coordinate]))
-        });
+        let rows = (0..points.len().div_ceil(LANES))
+            .map(|row| std::array::from_fn(|coordinate| std::array::from_fn(|k| at(row, k)[coordinate])));
         Self::Any(rows.collect())
     }
 
@@ -124,6 +123,17 @@ pub struct Solid {
 }
 
 impl Solid {
+    /// The convex parts of a shape.
+    pub fn parts(shape: &Shape) -> Vec<Self> {
+        vec![Self::new(shape)]
+    }
+
+    /// A ball of this radius (m).
+    #[inline(always)]
+    pub fn ball(radius: f64) -> Self {
+        Self { core: Core::Point, rounding: radius, core_reach: 0.0 }
+    }
+
     /// Of a convex shape.
     pub fn new(shape: &Shape) -> Self {
         match shape {

@@ -1,0 +1,143 @@
+//! When a body that turns next touches another, or a plane.
+
+use glam::DVec3;
+
+use super::Periods;
+use super::turning::motion::Body;
+use super::turning::solid::Solid;
+use super::turning::{Memory, first_impact, gap};
+use crate::rotation::Rotation;
+use crate::time::Time;
+use crate::world::World;
+
+/// A body of the world as the search sees it.
+pub(crate) struct Sought<'a> {
+    ball: Option<Solid>,
+    parts: &'a [Solid],
+    position: DVec3,
+    velocity: DVec3,
+    acceleration: DVec3,
+    rotation: &'a Rotation,
+    elapsed: f64,
+}
+
+impl<'a> Sought<'a> {
+    /// The body in `row` as it is at `time`; `shift` (m) from where it is to the image that counts.
+    pub fn new(world: &'a World, row: usize, time: Time, shift: DVec3) -> Self {
+        let flight = &world.flights[row];
+        let elapsed = time.since(flight.start());
+        let acceleration = world.acceleration(row);
+        let (ball, parts, rotation): (_, &[Solid], _) = match world.turning_body(row) {
+            Some(body) => (None, &body.parts, &body.rotation),
+            None => (Some(Solid::ball(world.radii[row])), &[], &Rotation::REST),
+        };
+        Self {
+            ball,
+            parts,
+            position: flight.position_after(elapsed, acceleration) + shift,
+            velocity: flight.velocity_after(elapsed, acceleration),
+            acceleration,
+            rotation,
+            elapsed,
+        }
+    }
+
+    /// Its convex parts.
+    pub fn parts(&self) -> &[Solid] {
+        self.ball.as_ref().map_or(self.parts, std::slice::from_ref)
+    }
+
+    /// One of them as a body.
+    pub fn part<'b>(&'b self, solid: &'b Solid) -> Body<'b, Rotation> {
+        Body {
+            solid,
+            position: self.position,
+            velocity: self.velocity,
+            acceleration: self.acceleration,
+            rotation: self.rotation,
+            elapsed: self.elapsed,
+        }
+    }
+}
+
+/// The half-space behind a plane as a body, at `time`.
+pub(crate) fn plane_at(world: &World, row: usize, time: Time) -> Option<Body<'_, Rotation>> {
+    let plane = &world.planes[row];
+    let (solid, rotation) = world.turning.as_ref()?.half_space(row);
+    Some(Body {
+        solid,
+        position: plane.normal * plane.offset_at(time),
+        velocity: plane.velocity,
+        acceleration: DVec3::ZERO,
+        rotation,
+        elapsed: 0.0,
+    })
+}
+
+/// When two bodies, of which one turns or both, next touch, if that is not after `limit`. From their post-impact states alone:
+/// the present only chooses the periodic image. The first in the order of ids is A.
+pub(super) fn impact_of_bodies(
+    world: &World,
+    periods: &Periods,
+    ball: usize,
+    other: usize,
+    now: Time,
+    limit: Time,
+    same: f64,
+) -> Time {
+    let (a, b) = in_order(world, ball, other);
+    let start = world.flights[a].start().later(world.flights[b].start());
+    let shift = -periods.shift_of(world.position(a, now) - world.position(b, now));
+    let (body_a, body_b) = (Sought::new(world, a, start, shift), Sought::new(world, b, start, DVec3::ZERO));
+    let mut horizon = limit.since(start) + same;
+    let mut found = None;
+    for part_a in body_a.parts() {
+        for part_b in body_b.parts() {
+            let mut memory = Memory::default();
+            let search = first_impact(&body_a.part(part_a), &body_b.part(part_b), horizon, &mut memory);
+            if let Some(impact) = search.impact {
+                horizon = impact.seconds;
+                found = Some(impact.seconds);
+            }
+        }
+    }
+    found.map_or(Time::NEVER, |seconds| world.clock.after(start, seconds))
+}
+
+/// When a body that turns next touches a plane, if that is not after `limit`.
+pub(super) fn impact_with_plane(world: &World, row: usize, plane: usize, limit: Time, same: f64) -> Time {
+    let start = world.flights[row].start();
+    let body = Sought::new(world, row, start, DVec3::ZERO);
+    let Some(half_space) = plane_at(world, plane, start) else { return Time::NEVER };
+    let mut horizon = limit.since(start) + same;
+    let mut found = None;
+    for part in body.parts() {
+        let search = first_impact(&body.part(part), &half_space, horizon, &mut Memory::default());
+        if let Some(impact) = search.impact {
+            horizon = impact.seconds;
+            found = Some(impact.seconds);
+        }
+    }
+    found.map_or(Time::NEVER, |seconds| world.clock.after(start, seconds))
+}
+
+/// The gap (m) of two bodies at `now`, of which one turns or both; negative if they overlap.
+pub(crate) fn gap_of_bodies(world: &World, a: usize, b: usize, now: Time) -> f64 {
+    let periods = Periods::of(&world.domain);
+    let shift = -periods.shift_of(world.position(a, now) - world.position(b, now));
+    let (body_a, body_b) = (Sought::new(world, a, now, shift), Sought::new(world, b, now, DVec3::ZERO));
+    let pairs = body_a.parts().iter().flat_map(|a| body_b.parts().iter().map(move |b| (a, b)));
+    pairs.map(|(a, b)| gap(&body_a.part(a), &body_b.part(b))).fold(f64::INFINITY, f64::min)
+}
+
+/// The gap (m) of a body that turns and a plane at `now`; negative if it reaches beyond.
+pub(crate) fn gap_above_plane(world: &World, row: usize, plane: usize, now: Time) -> f64 {
+    let body = Sought::new(world, row, now, DVec3::ZERO);
+    let Some(half_space) = plane_at(world, plane, now) else { return f64::INFINITY };
+    body.parts().iter().map(|part| gap(&body.part(part), &half_space)).fold(f64::INFINITY, f64::min)
+}
+
+/// The lower id first.
+pub(crate) fn in_order(world: &World, ball: usize, other: usize) -> (usize, usize) {
+    if world.bodies[ball].rank < world.bodies[other].rank { (ball, other) } else { (other, ball) }
+}
