@@ -63,12 +63,13 @@ pub fn quarter_means(complementary_modulus: DoubleDouble, p: DoubleDouble) -> Qu
         let g = product * inverse;
         (a, b) = (a + b * inverse, (b + a * g).scaled(2.0));
         p = p + g;
-        let difference = (arithmetic.high - geometric.high).abs();
+        // With 32 digits: the nearest doubles of two equal numbers may differ by a unit, and would for ever.
+        let difference = (arithmetic - geometric).high.abs();
         let before = arithmetic.high;
         arithmetic = arithmetic + geometric;
         power *= 0.5;
-        // The error is of the order of the square of this difference.
-        if !(difference > 1e-16 * before) {
+        // The error left is of the order of the square of this difference. It ends, whatever it is given.
+        if !(difference > 1e-15 * before && power > f64::EPSILON) {
             break;
         }
         geometric = product.sqrt().scaled(2.0);

@@ -120,14 +120,15 @@ impl Top {
     /// π / 2K, and the part of a period's mean that belongs to the other axis rather than the middle one; both 0 on the
     /// separatrix.
     pub fn quarter_means(&self) -> QuarterMeans {
-        if self.separation.high <= 0.0 {
-            return QuarterMeans { mean: DoubleDouble::ZERO, share: DoubleDouble::ZERO };
-        }
         if self.other_middle == DoubleDouble::ZERO {
             // A symmetric top: k = 0, and there is no difference to share.
             return QuarterMeans { mean: DoubleDouble::ONE, share: DoubleDouble::ZERO };
         }
         let square = self.other_pole * self.separation / (self.middle_pole * self.pole_part);
+        // It is so, too, where k′² underflows: the body would turn over after more than 700 time constants.
+        if !(square.high > 0.0) {
+            return QuarterMeans { mean: DoubleDouble::ZERO, share: DoubleDouble::ZERO };
+        }
         quarter_means(square.sqrt(), self.other_pole / self.middle_pole)
     }
 
