@@ -69,4 +69,3 @@ fn main() {
         simulation.balance().energy_error
     );
 }
-

@@ -204,7 +204,7 @@ impl Predictor {
     #[inline(always)]
     pub fn first_impact(&mut self, world: &World, nearby: &Nearby, ball: usize, now: Time) -> First {
         if let Nearby::Lists(lists) = nearby {
-            if world.turning.is_some() {
+            if self.meets_turning(world, lists, ball) {
                 return self.first_with_turning(world, lists, ball, now);
             }
             return self.first_of(world, lists.row(ball), lists.planes(ball), ball, now);
@@ -226,7 +226,7 @@ impl Predictor {
     #[inline(always)]
     pub fn first_impacts(&mut self, world: &World, nearby: &Nearby, balls: [usize; 2], now: Time) -> [First; 2] {
         if let Nearby::Lists(lists) = nearby
-            && world.turning.is_none()
+            && !balls.iter().any(|&ball| self.meets_turning(world, lists, ball))
         {
             let seekers = balls.map(|ball| Seeker { world, predictor: self, ball, now });
             if seekers[0].is_plain() && seekers[1].is_plain() {
@@ -250,6 +250,12 @@ impl Predictor {
     #[inline(always)]
     fn first_of(&self, world: &World, row: &[u32], planes: PlaneSet, ball: usize, now: Time) -> First {
         Seeker { world, predictor: self, ball, now }.first(row, planes)
+    }
+
+    /// Whether `ball` or somebody near turns.
+    #[inline(always)]
+    fn meets_turning(&self, world: &World, lists: &Lists, ball: usize) -> bool {
+        world.turning.is_some() && (!lists.beside(ball).is_empty() || world.turning_body(ball).is_some())
     }
 
     /// The first impact of `ball`, which may turn, with anybody near, of whom some may.

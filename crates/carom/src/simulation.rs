@@ -21,6 +21,7 @@ use crate::time::Time;
 use crate::tolerance::SAME_INSTANT;
 use crate::world::cells::Face;
 use crate::world::nearby::Nearby;
+use crate::world::turning::TurningBodies;
 use crate::world::{Boundary, Partner, World};
 
 use guard::CollapseGuard;
@@ -234,7 +235,8 @@ impl Simulation {
             + size_of::<Upcoming>()
             + 24 // id, its place, radius, impacts
             + if self.world.images.is_empty() { 0 } else { 12 };
-        of_ball + (self.nearby.bytes() + self.queue.bytes()) / balls
+        let turning = self.world.turning.as_ref().map_or(0, TurningBodies::bytes);
+        of_ball + (self.nearby.bytes() + self.queue.bytes() + turning) / balls
     }
 
     /// The earliest event no later than `until`. Impacts of one instant come in the order of their ranks; whatever only

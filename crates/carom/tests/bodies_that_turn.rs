@@ -6,7 +6,7 @@ use carom::DVec3;
 use carom::scene::{Scene, SolidBody};
 use carom::shape::{BodyGeometry, Shape};
 use carom::simulation::Simulation;
-use carom::world::{Boundary, Domain};
+use carom::world::Boundary;
 use glam::{DMat3, DQuat};
 
 mod support;
@@ -164,7 +164,115 @@ fn a_run_that_is_resumed_goes_on_bit_for_bit() {
     assert_eq!(state(&whole), state(&resumed));
 }
 
+/// One cube over a floor, level, spinning about the vertical.
+fn cube_over_a_floor(height: f64, velocity: DVec3, spin: f64, restitution: f64, gravity: f64) -> Scene {
+    let geometry = Arc::new(BodyGeometry::new(&Shape::cuboid(DVec3::ONE).expect("sizes")).expect("a box"));
+    Scene {
+        gravity: DVec3::new(0.0, 0.0, -gravity),
+        restitution,
+        planes: vec![support::plane(100, DVec3::Z, 0.0)],
+        solids: vec![SolidBody {
+            id: 0,
+            geometry,
+            position: DVec3::new(0.0, 0.0, height + 0.5),
+            orientation: [0.8, 0.0, 0.0, 0.6],
+            velocity,
+            angular_velocity: DVec3::new(0.0, 0.0, spin),
+            mass: 2.0,
+            inertia: None,
+            material: 0,
+            fixed: false,
+        }],
+        ..Scene::default()
+    }
+}
+
 #[test]
-fn a_box_on_a_box_is_an_error_that_says_how_deep() {
-    let _ = Domain::OPEN;
+fn a_cube_lands_flat_and_bounces_straight_up_to_the_last_bit() {
+    for restitution in [1.0, 0.7, 0.25] {
+        for spin in [0.0, 3.0, -41.5] {
+            let scene = cube_over_a_floor(1.0, DVec3::new(0.3, -0.2, -2.0), spin, restitution, 0.0);
+            let mut simulation = Simulation::new(scene.build().expect("a scene").0, false);
+            let far = simulation.world().clock.at(10.0);
+            let impact = simulation.step(far).expect("no collapse").expect("it falls");
+            // 1 m at 2 m/s; δ of a cube is 1e-12, at that speed half of it in time.
+            assert!((impact.time.to_pair().0 - 0.5).abs() <= 1e-12);
+            assert_eq!(impact.kind.name(), "face-plane");
+            let world = simulation.world();
+            assert_eq!(world.flights[0].velocity(), DVec3::new(0.3, -0.2, 2.0 * restitution));
+            assert_eq!(world.turning_body(0).expect("a cube").angular_velocity, DVec3::new(0.0, 0.0, spin));
+            assert_eq!(simulation.step(far).expect("no collapse"), None);
+        }
+    }
+}
+
+#[test]
+fn a_cube_dropped_flat_bounces_to_its_height_a_thousand_times() {
+    let scene = cube_over_a_floor(1.0, DVec3::ZERO, 5.0, 1.0, 9.81);
+    let mut simulation = Simulation::new(scene.build().expect("a scene").0, false);
+    let far = simulation.world().clock.at(1e6);
+    for k in 0..1000 {
+        let impact = simulation.step(far).expect("no collapse").expect("it falls");
+        let exact = f64::from(2 * k + 1) * (2.0_f64 / 9.81).sqrt();
+        // Each bounce is within δ/v = 2.3e-13 s of its instant, early, and the early ones push the next.
+        assert!((impact.time.to_pair().0 - exact).abs() <= 1e-12 * f64::from(k + 1), "bounce {k}");
+        assert_eq!(simulation.world().turning_body(0).expect("a cube").angular_velocity, DVec3::new(0.0, 0.0, 5.0));
+    }
+    assert!(simulation.balance().energy_error.abs() <= 1e-11);
+}
+
+/// A gas of boxes and balls between walls, some of the boxes fixed and one of them turning at a constant rate.
+#[test]
+fn balls_and_boxes_between_walls_keep_the_books() {
+    let mut scene = boxes(4, DVec3::new(0.6, 0.8, 1.0), 0.05, Boundary::Walls, 9);
+    let length = scene.domain.size.x;
+    let spacing = length / 4.0;
+    for solid in scene.solids.iter_mut().take(3) {
+        solid.fixed = true;
+        solid.velocity = DVec3::ZERO;
+        solid.angular_velocity = DVec3::ZERO;
+    }
+    scene.solids[1].angular_velocity = DVec3::new(0.4, 0.3, -0.5);
+    let mut random = Lcg(4);
+    for k in 0..27 {
+        let at = [k % 3, k / 3 % 3, k / 9].map(|i| (i as f64 + 1.0) * spacing - 0.5 * length);
+        let ball = support::ball(1000 + k as i64, DVec3::from_array(at), gaussian(&mut random), 0.15, 0.5);
+        scene.balls.push(ball, 3);
+    }
+    for (gravity, restitution) in
+        [(DVec3::ZERO, 1.0), (DVec3::new(0.0, 0.0, -0.5), 1.0), (DVec3::new(0.1, 0.0, -0.5), 0.95)]
+    {
+        let scene = Scene { gravity, restitution, ..scene.clone() };
+        let mut simulation = Simulation::new(scene.build().expect("a scene").0, true);
+        let far = simulation.world().clock.at(1e300);
+        simulation.run(far, 4000, u64::MAX).expect("no collapse");
+        let balance = simulation.balance();
+        println!("{gravity} {restitution}: {:?} {balance:?}", simulation.counts());
+        assert!(balance.energy_error.abs() <= 1e-12);
+        assert!(balance.momentum_error <= 1e-12);
+        assert!(balance.angular_momentum_error.expect("no periods") <= 1e-12);
+        let kinds = simulation.take_impacts().kind;
+        let seen = |name: &str| kinds.iter().any(|&kind| carom::event::Kind::ALL[kind as usize].name() == name);
+        for name in ["ball-ball", "ball-plane", "ball-face", "vertex-face", "edge-edge", "vertex-plane"] {
+            assert!(seen(name), "no {name} impact");
+        }
+    }
+}
+
+#[test]
+fn a_box_in_a_box_is_an_error_that_says_how_deep() {
+    let mut scene = boxes(2, DVec3::ONE, 0.1, Boundary::Periodic, 3);
+    scene.solids[1].position = scene.solids[0].position + DVec3::new(0.9, 0.0, 0.0);
+    scene.solids[0].orientation = [1.0, 0.0, 0.0, 0.0];
+    scene.solids[1].orientation = [1.0, 0.0, 0.0, 0.0];
+    let error = scene.build().expect_err("they overlap").to_string();
+    assert!(error.contains("body 0: position") && error.contains("overlaps body 1 by 9.9999999999"), "{error}");
+}
+
+#[test]
+fn a_periodic_box_too_small_for_what_turns_is_an_error() {
+    let mut scene = boxes(1, DVec3::new(1.0, 2.0, 3.0), 0.1, Boundary::Periodic, 3);
+    scene.domain.size = DVec3::splat(3.8);
+    let error = scene.build().expect_err("too small").to_string();
+    assert!(error.contains("size = [3.8, 3.8, 3.8]: is too small along x for bodies that turn"), "{error}");
 }

@@ -10,6 +10,7 @@
 
 pub mod bound;
 pub mod contact;
+mod depth;
 pub mod distance;
 pub mod motion;
 pub mod solid;
@@ -119,14 +120,16 @@ pub fn first_impact<R: Turning>(a: &Body<R>, b: &Body<R>, horizon: f64, memory: 
     search
 }
 
-/// The gap (m) of two bodies as they stand, in a direction that is a local best; negative if they overlap.
+/// The gap (m) of two bodies as they stand; negative, by how deep, if they overlap.
 pub fn gap<R: Turning>(a: &Body<R>, b: &Body<R>) -> f64 {
     if a.solid.is_half_space() {
         return gap(b, a);
     }
     let flight = RelativeFlight::of(a, b);
     let (pair, _) = flight.pair(a, b, 0.0);
-    pair.separate(&Memory::default().known(pair.offset), flight.close(a, b)).gap
+    let gap = pair.separate(&Memory::default().known(pair.offset), flight.close(a, b)).gap;
+    // Where they overlap, the search for a separating direction ends in any.
+    if gap >= 0.0 || b.solid.is_half_space() { gap } else { pair.largest_gap() }
 }
 
 /// The contact of two bodies `seconds` on, at an impact that was found: all points that touch then.

@@ -118,6 +118,11 @@ impl TurningBodies {
         self.bodies.iter()
     }
 
+    /// Bytes held, shapes aside.
+    pub fn bytes(&self) -> usize {
+        self.places.len() * 4 + self.bodies.len() * size_of::<TurningBody>()
+    }
+
     /// The half-space behind the plane in this row, and how it stands.
     pub fn half_space(&self, plane: usize) -> (&Solid, &Rotation) {
         (&self.half_space, &self.planes[plane])
