@@ -116,6 +116,9 @@ pub struct TurningOutcome {
 /// Points at most.
 pub const MOST_POINTS: usize = 16;
 
+/// What the kinetic energy (J) must be after, less what it is with the given twists of A and B.
+pub type EnergyResidual<'a> = &'a dyn Fn(&[Twist; 2]) -> f64;
+
 type Shares = [f64; MOST_POINTS];
 
 /// Reflections after which the rule gives up (a count). It ends in a few; points of one normal need more than one only where
@@ -129,10 +132,9 @@ impl TurningContact<'_> {
         (twists[0].at(point.a) - twists[1].at(point.b)).dot(self.normal)
     }
 
-    /// The impact. `energy_to_keep` (J), for e = 1: what the residual of kinetic energy against what it must be is, given the
-    /// twists after; it is fed back along the impulse, at most [`ENERGY_FEEDBACK`] of the velocities. No point approaches
-    /// after, or no impulse acts.
-    pub fn resolve(&self, energy_residual: Option<&dyn Fn(&[Twist; 2]) -> f64>) -> TurningOutcome {
+    /// The impact. `energy_residual`, for e = 1: it is fed back along the impulse, at most [`ENERGY_FEEDBACK`] of the velocities;
+    /// not where bodies meet flat, whose velocities are exact. No point approaches after.
+    pub fn resolve(&self, energy_residual: Option<EnergyResidual>) -> TurningOutcome {
         let points = &self.points[..self.points.len().min(MOST_POINTS)];
         let approaching = points.iter().any(|point| self.speed(point, &self.twists) < 0.0);
         if !approaching {
@@ -196,7 +198,7 @@ impl TurningContact<'_> {
     }
 
     /// j = -(1 + e) v_AB·n / (1/m_A + 1/m_B + n·[(I_A⁻¹ (r_A × n)) × r_A] + n·[(I_B⁻¹ (r_B × n)) × r_B]).
-    fn single(&self, point: Arms, energy_residual: Option<&dyn Fn(&[Twist; 2]) -> f64>) -> TurningOutcome {
+    fn single(&self, point: Arms, energy_residual: Option<EnergyResidual>) -> TurningOutcome {
         let inverse_mass = self.answer(&point, &point);
         let approach_speed = -self.speed(&point, &self.twists);
         let impulse = (1.0 + self.restitution) * approach_speed / inverse_mass;
@@ -249,7 +251,7 @@ impl TurningContact<'_> {
         })
     }
 
-    fn several(&self, points: &[Arms], energy_residual: Option<&dyn Fn(&[Twist; 2]) -> f64>) -> TurningOutcome {
+    fn several(&self, points: &[Arms], energy_residual: Option<EnergyResidual>) -> TurningOutcome {
         let e = self.restitution;
         let mut impulses = [0.0; MOST_POINTS];
         if e > 0.0 {
@@ -354,12 +356,7 @@ impl TurningContact<'_> {
     }
 
     /// The outcome of impulses, after the residual of energy, if there is any, was fed back by scaling them.
-    fn fed_back(
-        &self,
-        points: &[Arms],
-        impulses: &[f64],
-        energy_residual: Option<&dyn Fn(&[Twist; 2]) -> f64>,
-    ) -> TurningOutcome {
+    fn fed_back(&self, points: &[Arms], impulses: &[f64], energy_residual: Option<EnergyResidual>) -> TurningOutcome {
         let mut twists = self.kicked(points, impulses);
         let mut scaled = [0.0; MOST_POINTS];
         scaled[..impulses.len()].copy_from_slice(impulses);
