@@ -319,7 +319,7 @@ fn impact(
     let bend = GapBound::new(pair, motion, contact.normal, contact.turning, flight.longest.min(close / speed)).bend();
     // What slides over a curved surface leaves it again: v²/R.
     let sliding = contact.sliding_speed(pair, motion);
-    let bend = bend + 0.5 * sliding * sliding / pair.a.solid.sharpest().min(pair.b.solid.sharpest());
+    let bend = bend + 0.5 * sliding * sliding / contact.curvature_radius;
     // Within δ the speed changes by less than a quarter of itself, and what touches still does: the crossing is certain.
     let transversal = 32.0 * bend * close <= speed * speed && contact.margin * speed > 16.0 * close * (speed + sliding);
     let last = if transversal { gap.max(0.0) / speed } else { 0.0 };

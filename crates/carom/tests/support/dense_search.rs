@@ -349,12 +349,14 @@ fn deepest_before(couple: &Couple, end: f64, touching: bool) -> f64 {
             t += low / speed;
             continue;
         }
-        let now = (t, if high < 0.0 { sharp(t) } else { high });
-        if now.1 < 0.0 {
-            return deepest.min(now.1);
+        if high < 0.0 {
+            let value = sharp(t);
+            if value < 0.0 {
+                return deepest.min(value);
+            }
         }
         // A dip between three samples.
-        let now = (t, sharp(t));
+        let now = (t, couple.depth(t, 1e-3 * near, false).1);
         deepest = deepest.min(now.1);
         if before[1].1 <= now.1 && before[1].1 <= before[0].1 && before[0].1.is_finite() {
             deepest = deepest.min(dip(&sharp, before[0].0, now.0));

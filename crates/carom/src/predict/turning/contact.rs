@@ -198,6 +198,9 @@ pub struct Contact {
     /// How far (m) the point that approaches fastest lies from where what touches ends: 0 where a corner meets a corner or edge.
     /// Infinite on surfaces without corners. Within rounding of it, the bodies may pass without touching.
     pub margin: f64,
+    /// The smallest radius of curvature (m) of what touches, over which the bodies slide: v²/R is how fast they part again. Where a
+    /// rim meets an edge or rim nearly along itself it is as good as a corner: R times the square of the sine between them.
+    pub curvature_radius: f64,
     /// How the normal turns (rad/s) with what touches at the point that approaches fastest.
     pub turning: DVec3,
 }
@@ -252,6 +255,7 @@ impl Contact {
             points: [ContactPoint::default(); POINTS],
             count: 0,
             margin: f64::INFINITY,
+            curvature_radius: curvature_radius(pair, &a, &b, normal),
             turning: DVec3::ZERO,
         };
         let mut fastest = f64::NEG_INFINITY;
@@ -273,7 +277,7 @@ impl Contact {
         each_point(pair, &a, &b, normal, tolerance, separation, &mut add);
         let smooth = |pose: &Pose| pose.solid.rounding > 0.0 || matches!(pose.solid.core, Core::Ellipsoid(_));
         if !smooth(&pair.a) && !smooth(&pair.b) {
-            contact.margin = contact.margin_of(&a, &b);
+            contact.margin = contact.margin_of(&a, &b).min(contact.curvature_radius);
         }
         contact
     }
@@ -291,6 +295,20 @@ impl Contact {
             0.0
         };
         extent.max(inside)
+    }
+}
+
+/// See [`Contact::curvature_radius`].
+fn curvature_radius(pair: &Pair, a: &Outline, b: &Outline, normal: DVec3) -> f64 {
+    let along = |pose: &Pose, outline: &Outline| match outline.feature {
+        Feature::Rim(_) => Some(pose.to_world.z_axis.cross(normal).normalize_or_zero()),
+        _ if outline.count == 2 => Some((outline.points[1] - outline.points[0]).normalize_or_zero()),
+        _ => None,
+    };
+    let least = pair.a.solid.sharpest().min(pair.b.solid.sharpest());
+    match (along(&pair.a, a), along(&pair.b, b)) {
+        (Some(along_a), Some(along_b)) if least.is_finite() => least * along_a.cross(along_b).length_squared(),
+        _ => least,
     }
 }
 
