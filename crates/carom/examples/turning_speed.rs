@@ -118,7 +118,8 @@ fn main() {
                 let n = contact.normal;
                 let point = contact.points()[0];
                 let arms = [point.from_a.cross(n), point.from_b.cross(n)];
-                let j = 2.0 * point.approach_speed / (2.0 + 6.0 * (arms[0].length_squared() + arms[1].length_squared()));
+                let j =
+                    2.0 * point.approach_speed / (2.0 + 6.0 * (arms[0].length_squared() + arms[1].length_squared()));
                 let mut next = Case { position: case.position + case.velocity * impact.seconds, ..case };
                 for (rotation, (arm, sign)) in next.rotations.iter_mut().zip(arms.into_iter().zip([1.0, -1.0])) {
                     use carom::predict::turning::motion::Turning;

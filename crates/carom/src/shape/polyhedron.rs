@@ -77,12 +77,7 @@ impl Polyhedron {
     /// A regular tetrahedron with edges of `edge` (m).
     pub fn tetrahedron(edge: f64) -> Self {
         let s = edge / 8.0_f64.sqrt();
-        let vertices = vec![
-            DVec3::new(s, s, s),
-            DVec3::new(s, -s, -s),
-            DVec3::new(-s, s, -s),
-            DVec3::new(-s, -s, s),
-        ];
+        let vertices = vec![DVec3::new(s, s, s), DVec3::new(s, -s, -s), DVec3::new(-s, s, -s), DVec3::new(-s, -s, s)];
         let loops: [&[u32]; 4] = [&[0, 1, 2], &[0, 2, 3], &[0, 3, 1], &[1, 3, 2]];
         Self::of_faces(vertices, &loops)
     }

@@ -187,13 +187,7 @@ impl Couple {
 
 /// Lower and upper bounds of the minimum of a convex function in a ball: the deep-cut ellipsoid method, on a factor of the
 /// ellipsoid's matrix P = B Bᵀ, which stays exact however flat it gets.
-fn minimum(
-    value: impl Fn(DVec3) -> (f64, DVec3),
-    start: DVec3,
-    radius: f64,
-    width: f64,
-    rough: bool,
-) -> (f64, f64) {
+fn minimum(value: impl Fn(DVec3) -> (f64, DVec3), start: DVec3, radius: f64, width: f64, rough: bool) -> (f64, f64) {
     let mut centre = start;
     let mut columns = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| axis * radius);
     let (mut lower, mut upper) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -491,8 +485,7 @@ pub fn rebound(couple: &Couple, search: &Search, memory: &Memory) -> Option<Coup
         let mut any = false;
         for point in contact.points() {
             let (arm_a, arm_b) = (point.from_a.cross(n), point.from_b.cross(n));
-            let speed =
-                point.approach_speed - push * (1.0 + mass) - twist_a.dot(arm_a) - twist_b.dot(arm_b);
+            let speed = point.approach_speed - push * (1.0 + mass) - twist_a.dot(arm_a) - twist_b.dot(arm_b);
             if speed > 1e-12 {
                 any = true;
                 let j = 2.0 * speed / (1.0 + mass + arm_a.length_squared() + mass * arm_b.length_squared());

@@ -245,9 +245,8 @@ impl Contact {
         let a = outline(&pair.a, -pair.a.to_body(rough), tolerance, |p| {
             pair.offset + pair.a.to_world(p) - rough * pair.a.solid.rounding
         });
-        let b = outline(&pair.b, pair.b.to_body(rough), tolerance, |p| {
-            pair.b.to_world(p) + rough * pair.b.solid.rounding
-        });
+        let b =
+            outline(&pair.b, pair.b.to_body(rough), tolerance, |p| pair.b.to_world(p) + rough * pair.b.solid.rounding);
         let normal = normal(pair, &a, &b, rough);
         let mut contact = Self {
             normal,
@@ -265,7 +264,8 @@ impl Contact {
                 return;
             }
             let from_a = point - pair.offset;
-            let velocity = motion.velocity + pair.a.angular_velocity.cross(from_a) - pair.b.angular_velocity.cross(point);
+            let velocity =
+                motion.velocity + pair.a.angular_velocity.cross(from_a) - pair.b.angular_velocity.cross(point);
             let approach_speed = -velocity.dot(normal);
             contact.points[contact.count] = ContactPoint { from_b: point, from_a, approach_speed };
             contact.count += 1;

@@ -70,10 +70,7 @@ impl Pair<'_> {
     /// The support points of the two cores in the world direction `normal`.
     #[inline(always)]
     pub fn link(&self, normal: DVec3) -> Link {
-        Link {
-            a: self.a.solid.support(-self.a.to_body(normal)),
-            b: self.b.solid.support(self.b.to_body(normal)),
-        }
+        Link { a: self.a.solid.support(-self.a.to_body(normal)), b: self.b.solid.support(self.b.to_body(normal)) }
     }
 
     /// Point on A minus point on B (m, world axes).
@@ -183,7 +180,10 @@ impl Pair<'_> {
                 best.count = simplex.count;
             }
             let settled = distance - lower <= tolerance::DIRECTION * distance;
-            if settled || (best.gap > near && best.gap > GOOD_ENOUGH * (distance - rounding)) || simplex.has(&link, curved) {
+            if settled
+                || (best.gap > near && best.gap > GOOD_ENOUGH * (distance - rounding))
+                || simplex.has(&link, curved)
+            {
                 break;
             }
             simplex.push(link, span + shift);

@@ -25,9 +25,8 @@ impl Corners {
             return Self::Box(indices);
         }
         let at = |row: usize, k: usize| points.get(row * LANES + k).unwrap_or(&points[0]).to_array();
-        let rows = (0..points.len().div_ceil(LANES)).map(|row| {
-            std::array::from_fn(|coordinate| std::array::from_fn(|k| at(row, k)[coordinate]))
-        });
+        let rows = (0..points.len().div_ceil(LANES))
+            .map(|row| std::array::from_fn(|coordinate| std::array::from_fn(|k| at(row, k)[coordinate])));
         Self::Any(rows.collect())
     }
 
