@@ -101,7 +101,7 @@ fn processor_time() -> Duration {
 }
 
 fn main() {
-    let solid = Solid::new(&Shape::Polyhedron(Arc::new(Polyhedron::cuboid(DVec3::ONE))));
+    let solid = Solid::new(&Shape::Polyhedron(Arc::new(Polyhedron::cuboid(DVec3::ONE)))).expect("a convex shape");
     let mut random = Random::new(1, 0);
     let mut all = Vec::new();
     let (mut hits, mut misses, mut after) = (Vec::new(), Vec::new(), Vec::new());

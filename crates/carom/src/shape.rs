@@ -37,4 +37,6 @@ pub enum Shape {
         /// Half the axes (m).
         semi_axes: DVec3,
     },
+    /// Several convex shapes together.
+    Compound(()),
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use carom::predict::turning::contact::Feature;
 use carom::predict::turning::{Certificate, Impact, Memory, contact_after, first_impact};
 use carom::random::Random;
-use carom::shape::{Polyhedron, Shape};
+use carom::shape::Shape;
 use dense_search::{Couple, Flyer, Form, HORIZON, KINDS, check, check_pairs, couple};
 use glam::{DMat3, DQuat, DVec3};
 
@@ -44,7 +44,7 @@ fn floor() -> Flyer {
 }
 
 fn cuboid(x: f64, y: f64, z: f64) -> Shape {
-    Shape::Polyhedron(Arc::new(Polyhedron::cuboid(DVec3::new(x, y, z))))
+    Shape::Polyhedron(Arc::new(dense_search::cuboid(DVec3::new(x, y, z))))
 }
 
 fn impact_of(a: &Flyer, b: &Flyer) -> Option<Impact> {

@@ -27,7 +27,7 @@ pub enum Form {
 impl Form {
     pub fn solid(&self) -> Solid {
         match self {
-            Form::Shape(shape) => Solid::new(shape),
+            Form::Shape(shape) => Solid::new(shape).expect("a convex shape"),
             Form::HalfSpace => Solid::half_space(),
         }
     }
@@ -56,6 +56,7 @@ impl Form {
                 let end = p.z.abs() - half_length;
                 if side > end { (side, DVec3::new(p.x, p.y, 0.0) / axial) } else { (end, DVec3::Z * p.z.signum()) }
             }
+            Form::Shape(Shape::Compound(_)) => (f64::NAN, DVec3::NAN),
             Form::Shape(Shape::Ellipsoid { semi_axes }) => {
                 let scaled = p / *semi_axes;
                 let length = scaled.length();
@@ -387,6 +388,16 @@ fn dip(value: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     at_p.min(at_q)
 }
 
+/// A box with edges `size` (m).
+pub fn cuboid(size: DVec3) -> Polyhedron {
+    Polyhedron::cuboid(size)
+}
+
+/// A regular tetrahedron with edges of `edge` (m).
+pub fn tetrahedron(edge: f64) -> Polyhedron {
+    Polyhedron::tetrahedron(edge)
+}
+
 /// A form of about unit size, of a kind: 0 ball, 1 box, 2 tetrahedron, 3 capsule, 4 cylinder, 5 ellipsoid, 6 half-space.
 pub fn form(kind: usize, random: &mut Random) -> Form {
     let mut between = |low: f64, high: f64| low + (high - low) * random.uniform();
@@ -394,9 +405,9 @@ pub fn form(kind: usize, random: &mut Random) -> Form {
         0 => Shape::Ball { radius: between(0.2, 1.0) },
         1 => {
             let size = DVec3::new(between(0.3, 2.0), between(0.3, 2.0), between(0.3, 2.0));
-            Shape::Polyhedron(Arc::new(Polyhedron::cuboid(size)))
+            Shape::Polyhedron(Arc::new(cuboid(size)))
         }
-        2 => Shape::Polyhedron(Arc::new(Polyhedron::tetrahedron(between(0.7, 1.7)))),
+        2 => Shape::Polyhedron(Arc::new(tetrahedron(between(0.7, 1.7)))),
         3 => Shape::Capsule { radius: between(0.05, 0.5), half_length: between(0.2, 1.0) },
         4 => Shape::Cylinder { radius: between(0.2, 1.0), half_length: between(0.2, 1.0) },
         5 => Shape::Ellipsoid { semi_axes: DVec3::new(between(0.3, 1.0), between(0.3, 1.0), between(0.3, 1.0)) },

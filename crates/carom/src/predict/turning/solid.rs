@@ -123,9 +123,9 @@ pub struct Solid {
 }
 
 impl Solid {
-    /// Of a convex shape.
-    pub fn new(shape: &Shape) -> Self {
-        match shape {
+    /// Of a convex shape; nothing for one that is not, whose parts are solids of their own.
+    pub fn new(shape: &Shape) -> Option<Self> {
+        Some(match shape {
             Shape::Ball { radius } => Self { core: Core::Point, rounding: *radius, core_reach: 0.0 },
             Shape::Capsule { radius, half_length } => {
                 Self { core: Core::Segment(*half_length), rounding: *radius, core_reach: *half_length }
@@ -143,7 +143,8 @@ impl Solid {
             Shape::Ellipsoid { semi_axes } => {
                 Self { core: Core::Ellipsoid(*semi_axes), rounding: 0.0, core_reach: semi_axes.max_element() }
             }
-        }
+            Shape::Compound(_) => return None,
+        })
     }
 
     /// Everything below the plane z = 0 of its body.
