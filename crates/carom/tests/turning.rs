@@ -10,7 +10,7 @@ use carom::predict::turning::contact::Feature;
 use carom::predict::turning::{Certificate, Impact, Memory, contact_after, first_impact};
 use carom::random::Random;
 use carom::shape::Shape;
-use dense_search::{Couple, Flyer, Form, HORIZON, KINDS, check, check_pairs, couple};
+use dense_search::{Couple, Flyer, Form, HORIZON, KINDS, check, check_aligned, check_pairs, couple};
 use glam::{DMat3, DQuat, DVec3};
 
 /// Random pairs of each two kinds of shape in this test; `examples/turning_search.rs` takes any number.
@@ -279,6 +279,13 @@ fn a_search_can_be_cut_in_pieces() {
             let part = now.search(horizon, &mut Memory::default());
             assert!(part.impact.is_none() && part.clear_until == horizon, "{part:?}");
         }
+    }
+}
+
+#[test]
+fn bodies_square_to_each_other_meet_rightly() {
+    for kinds in [[1, 1], [1, 6], [4, 4], [4, 6], [1, 4], [3, 3], [3, 1], [3, 6], [5, 1], [4, 5], [5, 5], [5, 6]] {
+        check_aligned(kinds, 60, 3).assert_right(&format!("{} and {}", KINDS[kinds[0]], KINDS[kinds[1]]));
     }
 }
 

@@ -282,8 +282,12 @@ impl Contact {
         contact
     }
 
-    /// See [`Contact::margin`]. Where several points approach, it is half their distance.
+    /// See [`Contact::margin`]. Where several points approach, it is half their distance, but of faces that meet in a line 0.
     fn margin_of(&self, a: &Outline, b: &Outline) -> f64 {
+        let is_face = |outline: &Outline| outline.endless || outline.count > 2;
+        if is_face(a) && is_face(b) && self.count < 3 {
+            return 0.0;
+        }
         let fastest = self.approach_speed();
         let mut approaching = self.points().iter().filter(|point| point.approach_speed >= 0.5 * fastest.abs());
         let Some(first) = approaching.next() else { return 0.0 };

@@ -164,6 +164,16 @@ impl Solid {
         matches!(self.core, Core::Cylinder { .. } | Core::Ellipsoid(_))
     }
 
+    /// Whether turning about the z axis of the body changes nothing.
+    #[inline(always)]
+    pub fn is_round_about_z(&self) -> bool {
+        match &self.core {
+            Core::Segment(_) | Core::Cylinder { .. } => true,
+            Core::Ellipsoid(axes) => axes.x == axes.y,
+            _ => false,
+        }
+    }
+
     /// Distance (m) of the farthest point from the centre of mass.
     #[inline(always)]
     pub fn reach(&self) -> f64 {
