@@ -3,13 +3,17 @@
 //! The direction may turn: n(s) = exp(Ω s) n, since whatever separates at each instant will do. For a point of A at y(s) from
 //! its centre, G(s) = n(s)·y(s), and with Δ = ω − Ω
 //!
-//!     G'(0) = (n × Δ)·y,    G'' = n·[Δ × (Δ × y) + (ω × Ω) × y + ω' × y],    |G''| ≤ (|Δ|² + |ω × Ω| + |ω'|) |y|.
+//! ```text
+//! G'(0) = (n × Δ)·y,    G'' = n·[Δ × (Δ × y) + (ω × Ω) × y + ω' × y],    |G''| ≤ (|Δ|² + |ω × Ω| + |ω'|) |y|.
+//! ```
 //!
 //! (For Ω = 0 and constant ω: G'' = y·[ω × (ω × n)], so that |G''| ≤ |ω| |ω × n| |y|: nothing bends about its own axis.)
 //! The offset x of the centres has C(s) = n(s)·x(s), C' = n·v + (Ω × n)·x, |C'' − n·g| ≤ Ω²|x| + 2 |Ω||v| + |g| |n(s) − n|. So for all s
 //! of a step
 //!
-//!     gap(s) ≥ C(0) + C'(0) s − h_A(−n − s n × Δ_A) − h_B(n + s n × Δ_B) − r_A − r_B − k s²,
+//! ```text
+//! gap(s) ≥ C(0) + C'(0) s − h_A(−n − s n × Δ_A) − h_B(n + s n × Δ_B) − r_A − r_B − k s²,
+//! ```
 //!
 //! where h are the support functions of the cores at s = 0, of *any* convex shape, and k collects half the bounds of the second
 //! derivatives. The right side is concave in s (a support function is convex, its argument is linear in s), so that it has one

@@ -11,7 +11,7 @@ use crate::shape::{Polyhedron, Shape};
 pub enum Corners {
     /// Those of a box, by the signs of x, y and z: bits 0, 1 and 2 of the place; the indices there.
     Box([u32; 8]),
-    /// Any, by coordinate, filled up with copies of the first to whole [`LANES`].
+    /// Any, by coordinate, filled up with copies of the first to whole fours.
     Any(Vec<[[f64; LANES]; 3]>),
 }
 
