@@ -152,6 +152,17 @@ fn a_turning_ellipsoid_and_a_plane() {
 }
 
 #[test]
+fn a_half_space_that_turns_meets_a_ball() {
+    // z ≤ 0 turning about x reaches the direction of a ball at (0, 2, 1) when 2 sin φ = cos φ less the radius.
+    let ball = flyer(Shape::Ball { radius: 0.1 }, DVec3::new(0.0, 2.0, 1.0), DVec3::ZERO, DQuat::IDENTITY, DVec3::ZERO);
+    let mut b = floor();
+    b.rotation = Flyer::rotating(DQuat::IDENTITY, DVec3::X * 0.5, None);
+    // Height above the plane: cos φ − 2 sin φ = √5 cos(φ + atan 2) = 0.1.
+    let angle = (0.1 / 5.0_f64.sqrt()).acos() - 2.0_f64.atan();
+    assert_time(&ball, &b, angle / 0.5);
+}
+
+#[test]
 fn the_rim_the_side_and_the_cap_of_a_cylinder() {
     let cylinder = Shape::Cylinder { radius: 0.5, half_length: 1.0 };
     let falling = |angle: f64| {

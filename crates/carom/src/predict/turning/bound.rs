@@ -8,8 +8,8 @@
 //! ```
 //!
 //! (For Ω = 0 and constant ω: G'' = y·[ω × (ω × n)], so that |G''| ≤ |ω| |ω × n| |y|: nothing bends about its own axis.)
-//! The offset x of the centres has C(s) = n(s)·x(s), C' = n·v + (Ω × n)·x, |C'' − n·g| ≤ Ω²|x| + 2 |Ω||v| + |g| |n(s) − n|. So for all s
-//! of a step
+//! The offset x of the centres has C(s) = n(s)·x(s), C' = n·v + (Ω × n)·x and
+//! |C'' − n·g| ≤ Ω²|x| + 2 |Ω||v| + |g| |n(s) − n|. So for all s of a step
 //!
 //! ```text
 //! gap(s) ≥ C(0) + C'(0) s − h_A(−n − s n × Δ_A) − h_B(n + s n × Δ_B) − r_A − r_B − k s²,
@@ -102,7 +102,7 @@ impl<'a> GapBound<'a> {
         start + (rate - self.bend * seconds) * seconds >= level
     }
 
-    /// Not less than what [`Self::stays_above`] will find, from the links that support the bodies now, where the gap is `gap` (m).
+    /// Not less than what [`Self::stays_above`] will find, from the links that support the bodies now at a gap of `gap` (m).
     #[inline(always)]
     pub fn stays_at_most(&self, gap: f64, links: &[Link], level: f64) -> f64 {
         let mut rate = f64::INFINITY;

@@ -198,7 +198,7 @@ pub struct Contact {
     /// How far (m) the point that approaches fastest lies from where what touches ends: 0 where a corner meets a corner or edge.
     /// Infinite on surfaces without corners. Within rounding of it, the bodies may pass without touching.
     pub margin: f64,
-    /// The smallest radius of curvature (m) of what touches, over which the bodies slide: v²/R is how fast they part again. Where a
+    /// The smallest radius of curvature (m) of what touches, over which bodies slide: v²/R is how fast they part again. Where a
     /// rim meets an edge or rim nearly along itself it is as good as a corner: R times the square of the sine between them.
     pub curvature_radius: f64,
     /// How the normal turns (rad/s) with what touches at the point that approaches fastest.
@@ -350,7 +350,7 @@ fn normal(pair: &Pair, a: &Outline, b: &Outline, rough: DVec3) -> DVec3 {
     rough
 }
 
-/// The sine of the angle below which edges count as parallel (pure number): the normal b × a would have fewer than half the digits.
+/// The sine of the angle below which edges count as parallel (pure number): b × a would have fewer than half the digits.
 const PARALLEL: f64 = 1.0 / (1u64 << 26) as f64;
 
 /// Calls `add` with the corners of what A and B have in common, and how the normal turns there.
