@@ -12,9 +12,9 @@ fn main() {
     let pairs = arguments.next().and_then(|x| x.parse().ok()).unwrap_or(1000);
     let seed = arguments.next().and_then(|x| x.parse().ok()).unwrap_or(1);
     let only = arguments.next();
-    for a in 0..6 {
-        for b in a..7 {
-            let name = format!("{} {}", KINDS[a], KINDS[b]);
+    for (a, first) in KINDS.iter().enumerate().take(6) {
+        for (b, second) in KINDS.iter().enumerate().skip(a) {
+            let name = format!("{first} {second}");
             if only.as_ref().is_some_and(|only| *only != name) {
                 continue;
             }

@@ -100,7 +100,7 @@ fn processor_time() -> Duration {
 }
 
 fn main() {
-    let solid = Solid::new(&Shape::cuboid(DVec3::ONE).expect("a size"));
+    let solid = Solid::new(&Shape::cuboid(DVec3::ONE).expect("a size")).expect("a convex shape");
     let mut random = Random::new(1, 0);
     let mut all = Vec::new();
     let (mut hits, mut misses, mut after) = (Vec::new(), Vec::new(), Vec::new());

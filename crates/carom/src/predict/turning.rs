@@ -150,7 +150,7 @@ struct RelativeFlight {
     velocity: DVec3,
     acceleration: DVec3,
     straight: bool,
-    /// Distance (m) of centres beyond which bodies do not touch.
+    /// Distance (m) of centres beyond which bodies do not touch; infinite for a half-space that turns.
     reach: f64,
     /// Normal of B's plane if it is a half-space that does not turn.
     plane: Option<DVec3>,
@@ -178,7 +178,11 @@ impl RelativeFlight {
             velocity: a.velocity - b.velocity,
             acceleration,
             straight: acceleration == DVec3::ZERO,
-            reach: (a.solid.reach() + b.solid.reach()) * (1.0 + WINDOW_MARGIN),
+            reach: if is_plane && fastest[1] > 0.0 {
+                f64::INFINITY
+            } else {
+                (a.solid.reach() + b.solid.reach()) * (1.0 + WINDOW_MARGIN)
+            },
             plane: (is_plane && fastest[1] == 0.0).then(|| b.rotation.state_after(b.elapsed).0 * DVec3::Z),
             fastest,
             fastest_change,
@@ -194,7 +198,7 @@ impl RelativeFlight {
             let heights = [along(self.position) - self.reach, along(self.velocity), 0.5 * along(self.acceleration)];
             return window::below_zero(heights, after);
         }
-        if self.reach.is_infinite() || self.fastest[1] > 0.0 && self.reach == 0.0 {
+        if self.reach.is_infinite() {
             return Some((after, f64::INFINITY));
         }
         if self.straight {
@@ -319,6 +323,10 @@ fn certain_step(
     let longest = left.min(flight.longest);
     let turned = GapBound::new(pair, motion, normal, turning, longest);
     let most_turned = most(&turned).min(longest);
+    if pair.b.solid.is_half_space() {
+        // Of a half-space no direction but that of its plane separates.
+        return turned.stays_above(level, most_turned);
+    }
     let (first, most_first, second, most_second) = if most_turned > most_still {
         (turned, most_turned, still, most_still)
     } else {
@@ -342,7 +350,7 @@ fn impact(
     let bend = GapBound::new(pair, motion, contact.normal, contact.turning, flight.longest.min(close / speed)).bend();
     // What slides over a curved surface leaves it again: v²/R.
     let sliding = contact.sliding_speed(pair, motion);
-    let bend = bend + 0.5 * sliding * sliding / pair.a.solid.sharpest().min(pair.b.solid.sharpest());
+    let bend = bend + 0.5 * sliding * sliding / contact.curvature_radius;
     // Within δ the speed changes by less than a quarter of itself, and what touches still does: the crossing is certain.
     let transversal = 32.0 * bend * close <= speed * speed && contact.margin * speed > 16.0 * close * (speed + sliding);
     let last = if transversal { gap.max(0.0) / speed } else { 0.0 };

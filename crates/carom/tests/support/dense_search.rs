@@ -7,11 +7,13 @@
 
 #![allow(dead_code)]
 
+use std::sync::Arc;
+
 use carom::predict::turning::motion::{Body, Pose, SteadyRotation, SymmetricRotation, Turning};
 use carom::predict::turning::solid::Solid;
 use carom::predict::turning::{Certificate, Memory, Search, contact_after, first_impact};
 use carom::random::Random;
-use carom::shape::{Platonic, Shape};
+use carom::shape::{Platonic, Polyhedron, Shape};
 use carom::tolerance;
 use glam::{DQuat, DVec3};
 
@@ -25,7 +27,7 @@ pub enum Form {
 impl Form {
     pub fn solid(&self) -> Solid {
         match self {
-            Form::Shape(shape) => Solid::new(shape),
+            Form::Shape(shape) => Solid::new(shape).expect("a convex shape"),
             Form::HalfSpace => Solid::half_space(),
         }
     }
@@ -39,7 +41,6 @@ impl Form {
         };
         match self {
             Form::HalfSpace => (p.z, DVec3::Z),
-            Form::Shape(Shape::Compound(_)) => unreachable!("a compound is seen part by part"),
             Form::Shape(Shape::Ball { radius }) => from(DVec3::ZERO, *radius),
             Form::Shape(Shape::Capsule { radius, half_length }) => {
                 from(DVec3::new(0.0, 0.0, p.z.clamp(-half_length, *half_length)), *radius)
@@ -55,6 +56,7 @@ impl Form {
                 let end = p.z.abs() - half_length;
                 if side > end { (side, DVec3::new(p.x, p.y, 0.0) / axial) } else { (end, DVec3::Z * p.z.signum()) }
             }
+            Form::Shape(Shape::Compound(_)) => (f64::NAN, DVec3::NAN),
             Form::Shape(Shape::Ellipsoid { semi_axes }) => {
                 let scaled = p / *semi_axes;
                 let length = scaled.length();
@@ -180,7 +182,13 @@ impl Couple {
         };
         // The best point lies within both reaches of A's centre.
         let radius = self.a.solid.reach() * 2.0 + 2.0 * value(offset).0.max(0.0);
-        minimum(value, offset, radius, width, rough)
+        let found = minimum(value, offset, radius, width, rough);
+        // On ridges hit exactly rounding may cut off the best point; from elsewhere it does not.
+        if found.0 <= found.1 + 1e-13 {
+            return found;
+        }
+        let aside = DVec3::new(0.013, -0.007, 0.021) * radius;
+        minimum(value, offset + aside, 1.1 * radius, width, rough)
     }
 }
 
@@ -283,6 +291,10 @@ pub fn check(couple: &Couple, horizon: f64, touching: bool, memory: &mut Memory)
         Certificate::WithinTolerance => verdict.within = 1,
         Certificate::Transversal => {
             verdict.transversal = 1;
+            // What touches from the start has crossed nothing.
+            if touching && impact.seconds < 1e-5 {
+                return (search, verdict);
+            }
             let root = crossing(couple, impact.seconds, approach);
             let error = match root {
                 Some(root) => (root - impact.seconds).abs() * approach / couple.size(),
@@ -342,12 +354,14 @@ fn deepest_before(couple: &Couple, end: f64, touching: bool) -> f64 {
             t += low / speed;
             continue;
         }
-        let now = (t, if high < 0.0 { sharp(t) } else { high });
-        if now.1 < 0.0 {
-            return deepest.min(now.1);
+        if high < 0.0 {
+            let value = sharp(t);
+            if value < 0.0 {
+                return deepest.min(value);
+            }
         }
         // A dip between three samples.
-        let now = (t, sharp(t));
+        let now = (t, couple.depth(t, 1e-3 * near, false).1);
         deepest = deepest.min(now.1);
         if before[1].1 <= now.1 && before[1].1 <= before[0].1 && before[0].1.is_finite() {
             deepest = deepest.min(dip(&sharp, before[0].0, now.0));
@@ -382,6 +396,16 @@ fn dip(value: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
         }
     }
     at_p.min(at_q)
+}
+
+/// A box with edges `size` (m).
+pub fn cuboid(size: DVec3) -> Polyhedron {
+    Polyhedron::cuboid(size).expect("sizes are positive")
+}
+
+/// A regular tetrahedron with edges of `edge` (m).
+pub fn tetrahedron(edge: f64) -> Polyhedron {
+    Platonic::Tetrahedron.with_edge(edge).expect("edges are positive")
 }
 
 /// A form of about unit size, of a kind: 0 ball, 1 box, 2 tetrahedron, 3 capsule, 4 cylinder, 5 ellipsoid, 6 half-space.
@@ -520,4 +544,56 @@ pub fn check_pairs(kinds: [usize; 2], pairs: usize, seed: u64) -> Verdict {
         }
     }
     total
+}
+
+/// Checks `pairs` pairs of a kind that stand square to each other, move along axes and diagonals and turn about axes: faces
+/// meet faces, edges meet edges, corners meet corners, and many touch from the start.
+pub fn check_aligned(kinds: [usize; 2], pairs: usize, seed: u64) -> Verdict {
+    let mut random = Random::new(seed, (100 + kinds[0] * 10 + kinds[1]) as u64);
+    let mut total = Verdict::default();
+    while total.pairs < pairs {
+        let now = aligned(kinds, &mut random);
+        let (low, high) = now.depth(0.0, 1e-15, false);
+        if high < -1e-13 {
+            continue;
+        }
+        let (_, verdict) = check(&now, HORIZON, low < 1e-13, &mut Memory::default());
+        total.add(&verdict);
+    }
+    total
+}
+
+/// A pair of [`check_aligned`].
+pub fn aligned(kinds: [usize; 2], random: &mut Random) -> Couple {
+    let mut pick = |choices: &[f64]| choices[(random.uniform() * choices.len() as f64) as usize];
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z, (DVec3::X + DVec3::Y).normalize()];
+    let mut flyer = |kind: usize, apart: f64| {
+        let form = match kind {
+            1 => Form::Shape(Shape::Polyhedron(Arc::new(cuboid(DVec3::ONE)))),
+            3 => Form::Shape(Shape::Capsule { radius: 0.25, half_length: 0.5 }),
+            4 => Form::Shape(Shape::Cylinder { radius: 0.5, half_length: 0.5 }),
+            5 => Form::Shape(Shape::Ellipsoid { semi_axes: DVec3::new(0.5, 0.5, 1.0) }),
+            _ => Form::HalfSpace,
+        };
+        let solid = form.solid();
+        let turned = |axis: DVec3, eighths: f64| DQuat::from_axis_angle(axis, eighths * std::f64::consts::FRAC_PI_4);
+        let mut orientation = turned(DVec3::X, pick(&[0.0, 0.0, 1.0, 2.0])) * turned(DVec3::Z, pick(&[0.0, 0.0, 1.0]));
+        let mut spin = axes[pick(&[0.0, 1.0, 2.0, 3.0]) as usize] * pick(&[0.0, 0.0, 1.0, -1.0, 10.0]);
+        if kind == 6 {
+            (orientation, spin) = (DQuat::IDENTITY, DVec3::ZERO);
+        }
+        let mut vector = |choices: &[f64]| DVec3::new(pick(choices), pick(choices), pick(choices));
+        let position = vector(&[-0.5, 0.0, 0.0, 0.5]) + DVec3::Z * apart;
+        let velocity =
+            vector(&[-0.5, 0.0, 0.0, 0.5]) - DVec3::Z * if apart > 0.0 { vector(&[0.0, 1.0, 1.0]).x } else { 0.0 };
+        let rotation = Flyer::rotating(orientation, spin, None);
+        let position = if kind == 6 { DVec3::ZERO } else { position };
+        let velocity = if kind == 6 { DVec3::ZERO } else { velocity };
+        Flyer { form, solid, position, velocity, acceleration: DVec3::ZERO, rotation, ratio: None }
+    };
+    let b = flyer(kinds[1], 0.0);
+    let mut a = flyer(kinds[0], 1.0);
+    a.position += DVec3::Z * pick(&[0.0, 0.0, 0.5, 1.0]);
+    a.acceleration = DVec3::Z * pick(&[0.0, 0.0, -1.0]);
+    Couple { a, b }
 }

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! (For Ω = 0 and constant ω: G'' = y·[ω × (ω × n)], so that |G''| ≤ |ω| |ω × n| |y|: nothing bends about its own axis.)
-//! The offset x of the centres has C(s) = n(s)·x(s), C' = n·v + (Ω × n)·x, |C'' − n·g| ≤ Ω²|x| + 2 |Ω||v| + |g| |n(s) − n|. So for all s
-//! of a step
+//! The offset x of the centres has C(s) = n(s)·x(s), C' = n·v + (Ω × n)·x and
+//! |C'' − n·g| ≤ Ω²|x| + 2 |Ω||v| + |g| |n(s) − n|. So for all s of a step
 //!
 //! ```text
 //! gap(s) ≥ C(0) + C'(0) s − h_A(−n − s n × Δ_A) − h_B(n + s n × Δ_B) − r_A − r_B − k s²,
@@ -25,6 +25,7 @@
 use glam::DVec3;
 
 use super::distance::{Link, Pair, Separation};
+use super::motion::Pose;
 
 /// Bounds of the motion of two bodies during a prediction.
 #[derive(Clone, Copy, Debug)]
@@ -101,7 +102,7 @@ impl<'a> GapBound<'a> {
         start + (rate - self.bend * seconds) * seconds >= level
     }
 
-    /// Not less than what [`Self::stays_above`] will find, from the links that support the bodies now, where the gap is `gap` (m).
+    /// Not less than what [`Self::stays_above`] will find, from the links that support the bodies now at a gap of `gap` (m).
     #[inline(always)]
     pub fn stays_at_most(&self, gap: f64, links: &[Link], level: f64) -> f64 {
         let mut rate = f64::INFINITY;
@@ -152,13 +153,22 @@ fn fall(height: f64, rate: f64, bend: f64) -> f64 {
 /// Bounds of |G''|/|y| (1/s²) in a direction that stands still.
 #[inline(always)]
 fn still_bends(pair: &Pair, motion: &Motion, normal: DVec3) -> [f64; 2] {
-    let of = |rate: DVec3, fastest: f64, change: f64| {
-        if change == 0.0 { fastest * rate.cross(normal).length() } else { fastest * fastest + change }
+    let of = |pose: &Pose, fastest: f64, change: f64| {
+        if change != 0.0 {
+            return fastest * fastest + change;
+        }
+        let bend = fastest * pose.angular_velocity.cross(normal).length();
+        if pose.solid.is_round_about_z() { bend.min(bend_of_axis(pose)) } else { bend }
     };
-    [
-        of(pair.a.angular_velocity, motion.fastest[0], motion.fastest_change[0]),
-        of(pair.b.angular_velocity, motion.fastest[1], motion.fastest_change[1]),
-    ]
+    [of(&pair.a, motion.fastest[0], motion.fastest_change[0]), of(&pair.b, motion.fastest[1], motion.fastest_change[1])]
+}
+
+/// The same bound for a shape round about its axis a: how fast it turns about that does not matter, so that it moves as one
+/// that turns at ω − (ω·a) a, whose square is |ω × a|² and whose change is |ω·a| |ω × a| where ω is constant.
+fn bend_of_axis(pose: &Pose) -> f64 {
+    let axis = pose.to_world.z_axis;
+    let across = pose.angular_velocity.cross(axis).length();
+    across * (across + pose.angular_velocity.dot(axis).abs())
 }
 
 /// The same in a direction that turns at `turning`, for at most `longest` seconds.

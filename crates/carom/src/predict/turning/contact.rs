@@ -104,11 +104,14 @@ impl Outline {
 }
 
 /// What of a solid supports it in `direction` (unit vector, frame of the body), up to `tolerance` (m).
-fn outline(pose: &Pose, direction: DVec3, tolerance: f64, place: impl Fn(DVec3) -> DVec3) -> Outline {
-    let solid: &Solid = pose.solid;
+fn outline(solid: &Solid, direction: DVec3, tolerance: f64, place: &dyn Fn(DVec3) -> DVec3) -> Outline {
     let support = solid.support(direction);
     let mut result = Outline::new(Feature::Surface);
     match &solid.core {
+        Core::Placed(placed) => {
+            let place = |point| place(placed.to_body(point));
+            return outline(&placed.solid, placed.to_solid(direction), tolerance, &place);
+        }
         Core::Point | Core::Ellipsoid(_) => result.push(place(support.point)),
         Core::HalfSpace => {
             result.feature = Feature::Face(0);
@@ -198,6 +201,9 @@ pub struct Contact {
     /// How far (m) the point that approaches fastest lies from where what touches ends: 0 where a corner meets a corner or edge.
     /// Infinite on surfaces without corners. Within rounding of it, the bodies may pass without touching.
     pub margin: f64,
+    /// The smallest radius of curvature (m) of what touches, over which bodies slide: v²/R is how fast they part again. Where a
+    /// rim meets an edge or rim nearly along itself it is as good as a corner: R times the square of the sine between them.
+    pub curvature_radius: f64,
     /// How the normal turns (rad/s) with what touches at the point that approaches fastest.
     pub turning: DVec3,
 }
@@ -239,11 +245,10 @@ impl Contact {
     /// any of a cone, it is the rule.
     pub fn of(pair: &Pair, motion: &Motion, separation: &Separation, tolerance: f64) -> Self {
         let rough = separation.normal;
-        let a = outline(&pair.a, -pair.a.to_body(rough), tolerance, |p| {
-            pair.offset + pair.a.to_world(p) - rough * pair.a.solid.rounding
-        });
-        let b =
-            outline(&pair.b, pair.b.to_body(rough), tolerance, |p| pair.b.to_world(p) + rough * pair.b.solid.rounding);
+        let place_a = |p| pair.offset + pair.a.to_world(p) - rough * pair.a.solid.rounding;
+        let place_b = |p| pair.b.to_world(p) + rough * pair.b.solid.rounding;
+        let a = outline(pair.a.solid, -pair.a.to_body(rough), tolerance, &place_a);
+        let b = outline(pair.b.solid, pair.b.to_body(rough), tolerance, &place_b);
         let normal = normal(pair, &a, &b, rough);
         let mut contact = Self {
             normal,
@@ -251,6 +256,7 @@ impl Contact {
             points: [ContactPoint::default(); POINTS],
             count: 0,
             margin: f64::INFINITY,
+            curvature_radius: curvature_radius(pair, &a, &b, normal),
             turning: DVec3::ZERO,
         };
         let mut fastest = f64::NEG_INFINITY;
@@ -271,15 +277,18 @@ impl Contact {
             }
         };
         each_point(pair, &a, &b, normal, tolerance, separation, &mut add);
-        let smooth = |pose: &Pose| pose.solid.rounding > 0.0 || matches!(pose.solid.core, Core::Ellipsoid(_));
-        if !smooth(&pair.a) && !smooth(&pair.b) {
-            contact.margin = contact.margin_of(&a, &b);
+        if !pair.a.solid.is_smooth() && !pair.b.solid.is_smooth() {
+            contact.margin = contact.margin_of(&a, &b).min(contact.curvature_radius);
         }
         contact
     }
 
-    /// See [`Contact::margin`]. Where several points approach, it is half their distance.
+    /// See [`Contact::margin`]. Where several points approach, it is half their distance, but of faces that meet in a line 0.
     fn margin_of(&self, a: &Outline, b: &Outline) -> f64 {
+        let is_face = |outline: &Outline| outline.endless || outline.count > 2;
+        if is_face(a) && is_face(b) && self.count < 3 {
+            return 0.0;
+        }
         let fastest = self.approach_speed();
         let mut approaching = self.points().iter().filter(|point| point.approach_speed >= 0.5 * fastest.abs());
         let Some(first) = approaching.next() else { return 0.0 };
@@ -291,6 +300,20 @@ impl Contact {
             0.0
         };
         extent.max(inside)
+    }
+}
+
+/// See [`Contact::curvature_radius`].
+fn curvature_radius(pair: &Pair, a: &Outline, b: &Outline, normal: DVec3) -> f64 {
+    let along = |pose: &Pose, outline: &Outline| match outline.feature {
+        Feature::Rim(_) => Some(pose.to_world.z_axis.cross(normal).normalize_or_zero()),
+        _ if outline.count == 2 => Some((outline.points[1] - outline.points[0]).normalize_or_zero()),
+        _ => None,
+    };
+    let least = pair.a.solid.sharpest().min(pair.b.solid.sharpest());
+    match (along(&pair.a, a), along(&pair.b, b)) {
+        (Some(along_a), Some(along_b)) if least.is_finite() => least * along_a.cross(along_b).length_squared(),
+        _ => least,
     }
 }
 
@@ -309,6 +332,7 @@ fn normal(pair: &Pair, a: &Outline, b: &Outline, rough: DVec3) -> DVec3 {
     let face_of = |pose: &Pose, feature: Feature| match (feature, &pose.solid.core) {
         (Feature::Face(_), Core::HalfSpace) => Some(pose.to_world.z_axis),
         (Feature::Face(k), Core::Polyhedron(_, polyhedron)) => Some(pose.to_world(polyhedron.faces[k as usize].normal)),
+        (Feature::Cap(_), Core::Placed(placed)) => Some(pose.to_world(placed.axes.z_axis)),
         (Feature::Cap(_), _) => Some(pose.to_world.z_axis),
         _ => None,
     };
@@ -328,7 +352,7 @@ fn normal(pair: &Pair, a: &Outline, b: &Outline, rough: DVec3) -> DVec3 {
     rough
 }
 
-/// The sine of the angle below which edges count as parallel (pure number): the normal b × a would have fewer than half the digits.
+/// The sine of the angle below which edges count as parallel (pure number): b × a would have fewer than half the digits.
 const PARALLEL: f64 = 1.0 / (1u64 << 26) as f64;
 
 /// Calls `add` with the corners of what A and B have in common, and how the normal turns there.

@@ -222,15 +222,17 @@ impl Pair<'_> {
             let mut pieces = self.pieces(found);
             let Some(normal) = self.newton_step(&mut pieces, found.normal) else { return };
             let (gap, link) = self.gap(normal);
-            let improvement = gap - found.gap;
-            if !(improvement > 0.0) {
+            // At the top the gap is flat: its rounding says nothing of a step that is Newton's.
+            let rounding = tolerance::DIRECTION * self.offset.length();
+            if !(gap - found.gap >= -rounding) {
                 return;
             }
+            let moved = (normal - found.normal).length();
             if pieces.count == 1 {
                 pieces.links[0] = link;
             }
             *found = Separation { normal, gap, links: pieces.links, count: pieces.count };
-            if improvement <= tolerance::DIRECTION * self.offset.length() {
+            if moved <= NEWTON_ENDS {
                 return;
             }
         }
@@ -321,6 +323,9 @@ impl Pair<'_> {
 
 /// Newton steps at most; they double the digits.
 const POLISHING: usize = 6;
+
+/// A Newton step of this length (rad) is the last: what it leaves is its square.
+const NEWTON_ENDS: f64 = 1.0 / (1u64 << 24) as f64;
 
 /// Far from contact a direction whose gap is this fraction of the distance will do.
 const GOOD_ENOUGH: f64 = 0.75;

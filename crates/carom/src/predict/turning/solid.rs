@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
-use crate::shape::{Polyhedron, Shape};
+use crate::shape::{Part, Polyhedron, Shape};
 
 /// Corners of a polyhedron, laid out for the search of the farthest.
 #[derive(Clone, Debug)]
 pub enum Corners {
     /// Those of a box, by the signs of x, y and z: bits 0, 1 and 2 of the place; the indices there.
     Box([u32; 8]),
-    /// Any, by coordinate, filled up with copies of the first to whole [`LANES`].
+    /// Any, by coordinate, filled up with copies of the first to whole fours.
     Any(Vec<[[f64; LANES]; 3]>),
 }
 
@@ -100,6 +100,35 @@ pub enum Core {
     Ellipsoid(DVec3),
     /// The half-space z ≤ 0 below a plane.
     HalfSpace,
+    /// A core that stands elsewhere in the body than its own frame: of a part of a compound.
+    Placed(Box<Placed>),
+}
+
+/// A core with its place in a body.
+#[derive(Clone, Debug)]
+pub struct Placed {
+    /// The solid, without its rounding, in its own frame.
+    pub solid: Solid,
+    /// Where the origin of that frame is (m), frame of the body.
+    pub position: DVec3,
+    /// Its axes, frame of the body.
+    pub axes: DMat3,
+}
+
+impl Placed {
+    /// A direction of the body in the frame of the solid.
+    pub fn to_solid(&self, direction: DVec3) -> DVec3 {
+        self.axes.transpose() * direction
+    }
+
+    /// A point (m) of the solid in the frame of the body.
+    pub fn to_body(&self, point: DVec3) -> DVec3 {
+        self.position + self.axes * point
+    }
+
+    fn placed(&self, support: SupportPoint) -> SupportPoint {
+        SupportPoint { point: self.to_body(support.point), ..support }
+    }
 }
 
 /// The point of a core that is farthest in a direction.
@@ -125,7 +154,23 @@ pub struct Solid {
 impl Solid {
     /// The convex parts of a shape.
     pub fn parts(shape: &Shape) -> Vec<Self> {
-        vec![Self::new(shape)]
+        match shape {
+            Shape::Compound(compound) => compound.parts.iter().filter_map(Self::placed).collect(),
+            _ => Self::new(shape).into_iter().collect(),
+        }
+    }
+
+    /// A part of a compound, in the frame of the body; nothing for one that is not convex.
+    fn placed(part: &Part) -> Option<Self> {
+        if let Shape::Polyhedron(polyhedron) = &part.shape {
+            let moved =
+                Polyhedron::seen_from(polyhedron, -(part.axes().transpose() * part.position), part.axes().transpose());
+            return Self::new(&Shape::from(moved));
+        }
+        let solid = Self::new(&part.shape)?;
+        let (rounding, core_reach) = (solid.rounding, part.position.length() + solid.core_reach);
+        let placed = Placed { solid, position: part.position, axes: part.axes() };
+        Some(Self { core: Core::Placed(Box::new(placed)), rounding, core_reach })
     }
 
     /// A ball of this radius (m).
@@ -134,9 +179,9 @@ impl Solid {
         Self { core: Core::Point, rounding: radius, core_reach: 0.0 }
     }
 
-    /// Of a convex shape.
-    pub fn new(shape: &Shape) -> Self {
-        match shape {
+    /// Of a convex shape; nothing for one that is not, whose parts are solids of their own.
+    pub fn new(shape: &Shape) -> Option<Self> {
+        Some(match shape {
             Shape::Ball { radius } => Self { core: Core::Point, rounding: *radius, core_reach: 0.0 },
             Shape::Capsule { radius, half_length } => {
                 Self { core: Core::Segment(*half_length), rounding: *radius, core_reach: *half_length }
@@ -154,8 +199,8 @@ impl Solid {
             Shape::Ellipsoid { semi_axes } => {
                 Self { core: Core::Ellipsoid(*semi_axes), rounding: 0.0, core_reach: semi_axes.max_element() }
             }
-            Shape::Compound(_) => unreachable!("a compound is seen part by part"),
-        }
+            Shape::Compound(_) => return None,
+        })
     }
 
     /// Everything below the plane z = 0 of its body.
@@ -172,7 +217,30 @@ impl Solid {
     /// Whether support points move smoothly with the direction, so that no finite number of them is all.
     #[inline(always)]
     pub fn is_curved(&self) -> bool {
-        matches!(self.core, Core::Cylinder { .. } | Core::Ellipsoid(_))
+        match &self.core {
+            Core::Cylinder { .. } | Core::Ellipsoid(_) => true,
+            Core::Placed(placed) => placed.solid.is_curved(),
+            _ => false,
+        }
+    }
+
+    /// Whether the surface has neither corners nor edges.
+    pub fn is_smooth(&self) -> bool {
+        match &self.core {
+            Core::Ellipsoid(_) => true,
+            Core::Placed(placed) => self.rounding > 0.0 || placed.solid.is_smooth(),
+            _ => self.rounding > 0.0,
+        }
+    }
+
+    /// Whether turning about the z axis of the body changes nothing.
+    #[inline(always)]
+    pub fn is_round_about_z(&self) -> bool {
+        match &self.core {
+            Core::Segment(_) | Core::Cylinder { .. } => true,
+            Core::Ellipsoid(axes) => axes.x == axes.y,
+            _ => false,
+        }
     }
 
     /// Distance (m) of the farthest point from the centre of mass.
@@ -188,6 +256,7 @@ impl Solid {
             Core::Point | Core::Segment(_) => self.rounding,
             Core::Cylinder { radius, .. } => *radius,
             Core::Ellipsoid(axes) => axes.min_element() * axes.min_element() / axes.max_element(),
+            Core::Placed(placed) => placed.solid.sharpest(),
         }
     }
 
@@ -215,6 +284,7 @@ impl Solid {
                 let point = if height > 0.0 { *semi_axes * scaled / height } else { DVec3::ZERO };
                 SupportPoint { point, index: 0 }
             }
+            Core::Placed(placed) => placed.placed(placed.solid.support(placed.to_solid(direction))),
         }
     }
 
@@ -230,6 +300,7 @@ impl Solid {
             Core::Polyhedron(_, polyhedron) => SupportPoint { point: polyhedron.vertices[index as usize], index },
             Core::Cylinder { radius, half_length } => rim(*radius, *half_length, direction, index == 1),
             Core::Ellipsoid(_) => self.support(direction),
+            Core::Placed(placed) => placed.placed(placed.solid.support_on(index, placed.to_solid(direction))),
         }
     }
 
@@ -238,6 +309,7 @@ impl Solid {
     pub fn near_on_piece(&self, p: DVec3, q: DVec3) -> bool {
         match &self.core {
             Core::Cylinder { radius, .. } => (p - q).length() <= SAME_SPOT * radius,
+            Core::Placed(placed) => placed.solid.near_on_piece(p, q),
             _ => true,
         }
     }
@@ -258,6 +330,11 @@ impl Solid {
                 }
                 let tangent = DVec3::new(-direction.y, direction.x, 0.0) / flat;
                 tangent * (radius / flat * tangent.dot(change))
+            }
+            Core::Placed(placed) => {
+                let [direction, point, change] =
+                    [direction, point - placed.position, change].map(|v| placed.to_solid(v));
+                placed.axes * placed.solid.curvature(direction, point, change)
             }
             _ => DVec3::ZERO,
         }

@@ -30,7 +30,7 @@ pub fn of_straight_flight(x: DVec3, v: DVec3, reach: f64) -> Option<Window> {
     Some((entry, exit.max(entry)))
 }
 
-/// The first window from `after` (s) on in which p(t) = Σ c[k] tᵏ ≤ 0. If `after` is not 0, it is where one has ended.
+/// The first window from `after` (s) on in which p(t) = c₀ + c₁ t + … ≤ 0. If `after` is not 0, it is where one has ended.
 pub fn below_zero<const N: usize>(mut c: [f64; N], after: f64) -> Option<Window> {
     if after > 0.0 {
         shift(&mut c, after);
