@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use carom::DVec3;
 use carom::scene::{Scene, SolidBody};
-use carom::shape::{BodyGeometry, Shape};
+use carom::shape::{BodyGeometry, Compound, Part, Shape};
 use carom::simulation::Simulation;
 use carom::world::Boundary;
 use glam::{DMat3, DQuat};
@@ -257,6 +257,44 @@ fn balls_and_boxes_between_walls_keep_the_books() {
             assert!(seen(name), "no {name} impact");
         }
     }
+}
+
+/// Two dumb-bells of balls and a capsule, and tables of a board and four legs.
+#[test]
+fn compounds_keep_the_books_and_a_table_lands_on_four_legs() {
+    let part = |shape: Shape, position: DVec3| Part { shape, position, orientation: [1.0, 0.0, 0.0, 0.0] };
+    let ball = |x: f64| part(Shape::Ball { radius: 0.4 }, DVec3::new(x, 0.0, 0.0));
+    let rod = Part {
+        orientation: [0.5_f64.sqrt(), 0.0, 0.5_f64.sqrt(), 0.0],
+        ..part(Shape::Capsule { radius: 0.1, half_length: 0.6 }, DVec3::ZERO)
+    };
+    let leg = |x: f64, y: f64| part(Shape::cuboid(DVec3::new(0.1, 0.1, 0.5)).expect("sizes"), DVec3::new(x, y, -0.25));
+    let board = part(Shape::cuboid(DVec3::new(1.0, 1.0, 0.1)).expect("sizes"), DVec3::new(0.0, 0.0, 0.05));
+    let geometry = |parts: Vec<Part>| {
+        Arc::new(BodyGeometry::new(&Compound::new(parts).expect("parts").into()).expect("a compound"))
+    };
+    let dumb_bell = geometry(vec![ball(-0.8), rod, ball(0.8)]);
+    let table = geometry(vec![board, leg(0.4, 0.4), leg(-0.4, 0.4), leg(-0.4, -0.4), leg(0.4, -0.4)]);
+    let mut scene = cube_over_a_floor(1.0, DVec3::new(0.0, 0.0, -1.0), 2.0, 1.0, 0.0);
+    scene.solids[0].geometry = table.clone();
+    let mut simulation = Simulation::new(scene.build().expect("a scene").0, false);
+    let far = simulation.world().clock.at(100.0);
+    let impact = simulation.step(far).expect("no collapse").expect("it falls");
+    assert_eq!(impact.kind.name(), "face-plane");
+    assert_eq!(simulation.world().flights[0].velocity(), DVec3::Z);
+    assert_eq!(simulation.world().turning_body(0).expect("a table").angular_velocity, DVec3::new(0.0, 0.0, 2.0));
+    let mut scene = boxes(3, DVec3::splat(1.6), 0.1, Boundary::Walls, 17);
+    for (k, solid) in scene.solids.iter_mut().enumerate() {
+        solid.geometry = if k % 2 == 0 { dumb_bell.clone() } else { table.clone() };
+    }
+    let mut simulation = Simulation::new(scene.build().expect("a scene").0, false);
+    let far = simulation.world().clock.at(1e300);
+    simulation.run(far, 3000, u64::MAX).expect("no collapse");
+    let balance = simulation.balance();
+    println!("{:?} {balance:?}", simulation.counts());
+    assert!(balance.energy_error.abs() <= 1e-12);
+    assert!(balance.momentum_error <= 1e-12);
+    assert!(balance.angular_momentum_error.expect("no periods") <= 1e-12);
 }
 
 #[test]

@@ -7,11 +7,14 @@ use crate::error::{Cause, CollapseError};
 use crate::event::{Form, Kind};
 use crate::predict::solids::{Sought, in_order, plane_at};
 use crate::predict::turning::contact::{Contact, Feature};
-use crate::predict::turning::{Memory, contact_after};
+use crate::predict::turning::motion::Body;
+use crate::predict::turning::{Memory, contact_after, gap};
 use crate::record::Impact;
 use crate::resolve::newton;
 use crate::resolve::turning::{Arms, MOST_POINTS, Mobility, TurningContact, TurningOutcome, Twist};
+use crate::rotation::Rotation;
 use crate::time::Time;
+use crate::tolerance::contact as contact_tolerance;
 use crate::world::Partner;
 
 /// One side of the contact, as it arrives.
@@ -131,20 +134,21 @@ impl Simulation {
         }
     }
 
-    /// Where two bodies touch: of parts that do, those that approach fastest.
     fn contact_of_bodies(&self, a: usize, b: usize, now: Time) -> Contact {
         let world = &self.world;
         let shift = -self.predictor.periods().shift_of(world.position(a, now) - world.position(b, now));
         let (body_a, body_b) = (Sought::new(world, a, now, shift), Sought::new(world, b, now, DVec3::ZERO));
+        if let ([part_a], [part_b]) = (body_a.parts(), body_b.parts()) {
+            return contact_after(&body_a.part(part_a), &body_b.part(part_b), 0.0, &Memory::default());
+        }
         let pairs = body_a.parts().iter().flat_map(|a| body_b.parts().iter().map(move |b| (a, b)));
-        let contacts = pairs.map(|(a, b)| contact_after(&body_a.part(a), &body_b.part(b), 0.0, &Memory::default()));
-        nearest(contacts).expect("a body has a part")
+        contact_of_parts(pairs.map(|(a, b)| (body_a.part(a), body_b.part(b)))).expect("a body has a part")
     }
 
     fn contact_with_plane(&self, row: usize, plane: usize, now: Time) -> Option<Contact> {
         let body = Sought::new(&self.world, row, now, DVec3::ZERO);
         let half_space = plane_at(&self.world, plane, now)?;
-        nearest(body.parts().iter().map(|part| contact_after(&body.part(part), &half_space, 0.0, &Memory::default())))
+        contact_of_parts(body.parts().iter().map(|part| (body.part(part), half_space)))
     }
 
     fn partner_of(&self, side: &Side) -> Partner {
@@ -267,10 +271,33 @@ impl Simulation {
     }
 }
 
-/// Of the contacts of several parts, the one that approaches fastest among those that touch most.
-fn nearest(contacts: impl Iterator<Item = Contact>) -> Option<Contact> {
-    contacts.reduce(|best, next| if next.approach_speed() > best.approach_speed() { next } else { best })
+/// Where two bodies of several parts touch: the pair of parts that is nearest, with the points of all others that touch in the
+/// same direction. Those that touch in another are found again, at the same instant, after this impact.
+fn contact_of_parts<'a>(pairs: impl Iterator<Item = (Body<'a, Rotation>, Body<'a, Rotation>)>) -> Option<Contact> {
+    let mut found: Vec<(f64, f64, Contact)> = pairs
+        .map(|(a, b)| {
+            let size = a.solid.reach().max(b.solid.reach());
+            let tolerance = contact_tolerance(size, (a.position - b.position).length());
+            (gap(&a, &b), tolerance, contact_after(&a, &b, 0.0, &Memory::default()))
+        })
+        .collect();
+    let nearest = found.iter().map(|&(gap, ..)| gap).fold(f64::INFINITY, f64::min);
+    found.retain(|&(gap, tolerance, _)| gap <= nearest.max(0.0) + tolerance);
+    let fastest =
+        |best: Contact, next: Contact| if next.approach_speed() > best.approach_speed() { next } else { best };
+    let mut contact = found.iter().map(|&(.., contact)| contact).reduce(fastest)?;
+    let (first, features) = (contact.points().to_vec(), contact.features);
+    for (_, tolerance, other) in &found {
+        let same = other.features == features && other.points() == first;
+        if !same && other.normal.dot(contact.normal) >= 1.0 - ONE_DIRECTION {
+            contact.add_points(other.points(), 2.0 * tolerance);
+        }
+    }
+    Some(contact)
 }
+
+/// Parts touch in one direction if the cosine of the angle between their normals differs from 1 by no more (pure number, 8ε).
+const ONE_DIRECTION: f64 = 8.0 * f64::EPSILON;
 
 /// Work (J) that a partner in prescribed motion does: J·V at the centre of the impulse; 0 if both are free.
 fn work_of_prescribed(sides: &[Side; 2], normal: DVec3, outcome: &TurningOutcome) -> f64 {

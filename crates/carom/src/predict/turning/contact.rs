@@ -214,6 +214,17 @@ impl Contact {
         &self.points[..self.count]
     }
 
+    /// Adds points of other parts of the same bodies, as far as there is room, but for those within `tolerance` (m) of one known.
+    pub fn add_points(&mut self, points: &[ContactPoint], tolerance: f64) {
+        for point in points {
+            let known = self.points().iter().any(|other| (other.from_b - point.from_b).length() <= tolerance);
+            if !known && self.count < POINTS {
+                self.points[self.count] = *point;
+                self.count += 1;
+            }
+        }
+    }
+
     /// The same contact with A and B exchanged.
     pub fn swapped(&self) -> Self {
         let mut result = *self;
