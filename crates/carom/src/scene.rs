@@ -7,12 +7,12 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-pub use fill::{Fill, Placement, RadiusDistribution};
+pub use fill::{Fill, Placement, RadiusDistribution, SolidFill};
 
 use crate::error::{CheckError, Problem};
 use crate::event::Kind;
 use crate::flight::Flight;
-use crate::shape::BodyGeometry;
+use crate::shape::{BodyGeometry, TriangleMesh};
 use crate::time::Clock;
 use crate::world::{Body, Boundary, Domain, Partner, Plane, RestitutionTable, Spin, World};
 
@@ -113,6 +113,25 @@ pub struct SolidBody {
     pub fixed: bool,
 }
 
+/// Surroundings of triangles, whose motion is prescribed.
+#[derive(Clone, Debug)]
+pub struct MeshBody {
+    /// Identity, unique among all bodies, 0 or more.
+    pub id: i64,
+    /// The triangles, in a frame of their own.
+    pub mesh: Arc<TriangleMesh>,
+    /// Where the origin of that frame is (m).
+    pub position: DVec3,
+    /// Unit quaternion (w, x, y, z): that frame to world.
+    pub orientation: [f64; 4],
+    /// Velocity (m/s) of the origin of that frame.
+    pub velocity: DVec3,
+    /// World axes (rad/s).
+    pub angular_velocity: DVec3,
+    /// Index of the material.
+    pub material: u32,
+}
+
 /// A plane as a body: the points with normal·x = offset, moving at `velocity`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneBody {
@@ -153,10 +172,14 @@ pub struct Scene {
     pub balls: Balls,
     /// Bodies that turn.
     pub solids: Vec<SolidBody>,
+    /// Surroundings of triangles.
+    pub meshes: Vec<MeshBody>,
     /// Planes.
     pub planes: Vec<PlaneBody>,
     /// Balls to be placed.
     pub fills: Vec<Fill>,
+    /// Bodies that turn, to be placed.
+    pub solid_fills: Vec<SolidFill>,
     /// Overlaps up to this depth (m) are removed by shrinking all balls by one factor; `None`: every overlap is an error.
     pub shrink_overlaps: Option<f64>,
 }
@@ -175,8 +198,10 @@ impl Default for Scene {
             domain_material: 0,
             balls: Balls::default(),
             solids: Vec::new(),
+            meshes: Vec::new(),
             planes: Vec::new(),
             fills: Vec::new(),
+            solid_fills: Vec::new(),
             shrink_overlaps: None,
         }
     }
@@ -205,12 +230,14 @@ impl Scene {
         for (row, fill) in self.fills.iter().enumerate() {
             fill.place(row, self, &mut balls)?;
         }
-        check::identities(self, &balls)?;
-        if !self.fills.is_empty() {
+        let solids = self.placed_solids()?;
+        check::identities(self, &balls, &solids)?;
+        if !self.fills.is_empty() || !self.solid_fills.is_empty() {
             // What was drawn has to pass like what was given.
-            let placed = Self { balls: balls.clone(), fills: Vec::new(), ..self.clone() };
-            check::values(&placed)?;
+            let (balls, solids) = (balls.clone(), solids.clone());
+            check::values(&Self { balls, solids, fills: Vec::new(), solid_fills: Vec::new(), ..self.clone() })?;
         }
+        check::unsupported_solids(&solids, &self.meshes)?;
         let mut world = self.world(balls);
         if !world.start.is_reachable() {
             let reason = "is too far from 0 for a clock that resolves the motion of the smallest ball";
@@ -218,6 +245,16 @@ impl Scene {
         }
         let report = check::geometry(&mut world, self.shrink_overlaps)?;
         Ok((world, report))
+    }
+
+    /// The bodies that turn: those given one by one, then those of the fills.
+    ///
+    /// # Errors
+    /// A fill that has no room, or with a value out of range.
+    pub fn placed_solids(&self) -> Result<Vec<SolidBody>, CheckError> {
+        let mut solids = self.solids.clone();
+        self.solid_fills.iter().try_for_each(|fill| fill.place(self, &mut solids))?;
+        Ok(solids)
     }
 
     /// The world of these balls, sorted by id, not yet checked for overlaps.

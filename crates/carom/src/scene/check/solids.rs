@@ -1,0 +1,95 @@
+//! The numbers of bodies that turn, and of meshes.
+
+use glam::DVec3;
+
+use super::{finite, why};
+use crate::error::{CheckError, Problem};
+use crate::scene::{MeshBody, Scene, SolidBody};
+use crate::shape::check_inertia;
+use crate::tolerance::{LIMITS, UNIT_LENGTH};
+
+/// Where something is and how it moves.
+struct State {
+    position: DVec3,
+    orientation: [f64; 4],
+    velocity: DVec3,
+    angular_velocity: DVec3,
+    material: u32,
+}
+
+/// Checks every number of a scene's bodies that turn and of its meshes; `wrong` takes what, id, field, value and reason.
+pub(super) fn values(scene: &Scene, wrong: &mut dyn FnMut(&'static str, i64, &'static str, String, &str)) {
+    for solid in &scene.solids {
+        if scene.dimensions != 3 {
+            wrong("solid", solid.id, "shape", String::new(), "needs dimensions = 3");
+        }
+        let periods = scene.domain.periods().to_array();
+        if periods.iter().any(|&period| period > 0.0 && period < 2.0 * solid.geometry.radius) {
+            let reason = "turns within a ball that is larger than half the periodic box";
+            wrong("solid", solid.id, "shape", String::new(), reason);
+        }
+        if !solid.fixed {
+            mass(solid, &mut |field, value, reason| wrong("solid", solid.id, field, value, reason));
+        }
+        let state = State {
+            position: solid.position,
+            orientation: solid.orientation,
+            velocity: solid.velocity,
+            angular_velocity: solid.angular_velocity,
+            material: solid.material,
+        };
+        state.check(scene, &mut |field, value, reason| wrong("solid", solid.id, field, value, reason));
+    }
+    for mesh in &scene.meshes {
+        let state = State {
+            position: mesh.position,
+            orientation: mesh.orientation,
+            velocity: mesh.velocity,
+            angular_velocity: mesh.angular_velocity,
+            material: mesh.material,
+        };
+        if scene.dimensions != 3 {
+            wrong("mesh", mesh.id, "shape", String::new(), "needs dimensions = 3");
+        }
+        state.check(scene, &mut |field, value, reason| wrong("mesh", mesh.id, field, value, reason));
+    }
+}
+
+fn mass(solid: &SolidBody, wrong: &mut dyn FnMut(&'static str, String, &str)) {
+    if !LIMITS.contains(&solid.mass) {
+        wrong("mass", solid.mass.to_string(), why(solid.mass));
+    }
+    if let Some(Err(error)) = solid.inertia.map(check_inertia) {
+        wrong("inertia", solid.inertia.unwrap_or_default().to_string(), &error.to_string());
+    }
+}
+
+impl State {
+    fn check(&self, scene: &Scene, wrong: &mut dyn FnMut(&'static str, String, &str)) {
+        for (field, vector) in
+            [("position", self.position), ("velocity", self.velocity), ("angular_velocity", self.angular_velocity)]
+        {
+            if !finite(vector) {
+                wrong(field, vector.to_string(), "must be finite, and within 1e75");
+            }
+        }
+        let norm: f64 = self.orientation.iter().map(|x| x * x).sum();
+        if !((norm.sqrt() - 1.0).abs() <= UNIT_LENGTH) {
+            wrong("orientation", format!("{:?}", self.orientation), "must be a unit quaternion (w, x, y, z)");
+        }
+        if self.material as usize >= scene.materials {
+            wrong("material", self.material.to_string(), "there is no such material");
+        }
+    }
+}
+
+/// Refuses bodies that turn, and meshes, as long as nothing simulates them.
+pub(in crate::scene) fn unsupported_solids(solids: &[SolidBody], meshes: &[MeshBody]) -> Result<(), CheckError> {
+    let reason = "bodies of this shape can be described and resolved, but not simulated yet";
+    let solids = solids.iter().map(|solid| ("solid", solid.id));
+    let meshes = meshes.iter().map(|mesh| ("mesh", mesh.id));
+    match solids.chain(meshes).next() {
+        None => Ok(()),
+        Some((what, id)) => Err(Problem::new(what, Some(id), "shape", "given", reason).into()),
+    }
+}
