@@ -185,6 +185,7 @@ def classify(a: Mapping[str, Any], b: Mapping[str, Any]) -> str:
 
 
 _OF_NO_ACCOUNT = ("id", "name", "material")
+_STATE = ("position", "velocity", "orientation", "angular_velocity")
 
 
 def _native_body(name: str, body: Mapping[str, Any], *, needs_shape: bool = True) -> dict[str, Any]:
@@ -197,7 +198,11 @@ def _native_body(name: str, body: Mapping[str, Any], *, needs_shape: bool = True
     short = "radius" in given and "shape" not in given
     if short:
         given["shape"] = {"kind": "ball", "radius": given.pop("radius")}
-    inertia = None if needs_shape or "inertia" not in given else _inertia(f"{name}.inertia", given.pop("inertia"))
+    # Of a body that turns the scene checks the inertia, that of a ball has three moments alike there.
+    ball = not isinstance(given.get("shape"), dict) or given["shape"].get("kind") == "ball"
+    inertia = None
+    if ball and not needs_shape and "inertia" in given:
+        inertia = _inertia(f"{name}.inertia", given.pop("inertia"))
     if inertia is not None and "shape" not in given:
         # Given the inertia, the impulse does not depend on the shape: any ball will do.
         given["shape"] = {"kind": "ball", "radius": 1.0}
@@ -209,15 +214,27 @@ def _native_body(name: str, body: Mapping[str, Any], *, needs_shape: bool = True
         plane = spec["planes"][0]
         position = [n * plane["offset"] for n in plane["normal"]]
         return {"plane": plane, "position": position, "velocity": plane["velocity"], "mass": math.inf, "fixed": True}
-    balls = {field: values[0] for field, values in spec["balls"].items()}
-    if inertia is None:
-        inertia = np.full(3, float(balls["inertia"]))
+    if spec["meshes"]:
+        mesh = spec["meshes"][0]
+        return {**{field: mesh[field] for field in ("mesh", *_STATE)}, "mass": math.inf, "fixed": True}
+    if len(spec["solids"]["id"]):
+        row = {field: values[0] for field, values in spec["solids"].items()}
+        (geometry,) = spec["geometries"]
+        shape: dict[str, Any] = {"geometry": geometry}
+        inertia = row["inertia"]
+        if np.isnan(inertia).any() and not row["fixed"]:
+            inertia = np.array(geometry.moments(float(row["mass"])))
+    else:
+        row = {field: values[0] for field, values in spec["balls"].items()}
+        shape = {"radius": float(row["radius"])}
+        if inertia is None:
+            inertia = np.full(3, float(row["inertia"]))
     return {
-        "radius": float(balls["radius"]),
-        "mass": float(balls["mass"]),
+        **shape,
+        "mass": float(row["mass"]),
         "inertia": inertia.tolist(),
-        **{field: balls[field].tolist() for field in ("position", "velocity", "orientation", "angular_velocity")},
-        "fixed": bool(balls["fixed"]),
+        **{field: row[field].tolist() for field in _STATE},
+        "fixed": bool(row["fixed"]),
     }
 
 

@@ -18,20 +18,21 @@ fn body(value: &Bound<'_, PyDict>) -> PyResult<Body> {
         entry(key)?.map_or(Ok(DVec3::ZERO), |value| Ok(DVec3::from_array(value.extract::<[f64; 3]>()?)))
     };
     let mut orientation = entry("orientation")?.map_or(Ok(IDENTITY), |value| value.extract())?;
-    let shape = match (entry("radius")?, entry("plane")?, entry("geometry")?) {
-        (Some(radius), None, None) => Shape::Ball { radius: radius.extract()? },
-        (None, Some(plane), None) => Shape::Plane {
+    let shape = match (entry("radius")?, entry("plane")?, entry("geometry")?, entry("mesh")?) {
+        (Some(radius), None, None, None) => Shape::Ball { radius: radius.extract()? },
+        (None, Some(plane), None, None) => Shape::Plane {
             normal: DVec3::from_array(plane.get_item("normal")?.extract()?),
             offset: plane.get_item("offset")?.extract()?,
         },
-        (None, None, Some(geometry)) => {
+        (None, None, Some(geometry), None) => {
             // The core wants the principal axes, and not those in which the shape was given.
             let geometry = geometry.cast::<Geometry>()?;
             let turned = geometry.get().body.to_principal(DVec3::ZERO, orientation);
             orientation = turned.map_err(|error| errors::shape(value.py(), &error))?.1;
             Shape::Solid
         }
-        _ => return Err(PyValueError::new_err("a body has either a radius, a plane or a geometry")),
+        (None, None, None, Some(_)) => Shape::Solid,
+        _ => return Err(PyValueError::new_err("a body has either a radius, a plane, a geometry or a mesh")),
     };
     let fixed = entry("fixed")?.map_or(Ok(false), |value| value.extract::<bool>())?;
     let mass = match (entry("mass")?, fixed) {

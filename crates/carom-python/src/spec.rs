@@ -268,7 +268,6 @@ fn placement(name: &str) -> PyResult<Placement> {
 fn solid_fill(value: &Bound<'_, PyAny>, geometries: &[Arc<BodyGeometry>]) -> PyResult<SolidFill> {
     let entries = Entries::new(value, "solid_fill")?;
     Ok(SolidFill {
-        row: entries.get("row")?,
         first_id: entries.get("first_id")?,
         geometry: shared(geometries, entries.get("geometry")?)?,
         placement: placement(&entries.get::<String>("placement")?)?,

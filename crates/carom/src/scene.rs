@@ -178,7 +178,7 @@ pub struct Scene {
     pub planes: Vec<PlaneBody>,
     /// Balls to be placed.
     pub fills: Vec<Fill>,
-    /// Bodies that turn, to be placed.
+    /// Bodies that turn, to be placed. Their rows, in errors and as sequences of the one generator, count on from `fills`.
     pub solid_fills: Vec<SolidFill>,
     /// Overlaps up to this depth (m) are removed by shrinking all balls by one factor; `None`: every overlap is an error.
     pub shrink_overlaps: Option<f64>,
@@ -253,7 +253,9 @@ impl Scene {
     /// A fill that has no room, or with a value out of range.
     pub fn placed_solids(&self) -> Result<Vec<SolidBody>, CheckError> {
         let mut solids = self.solids.clone();
-        self.solid_fills.iter().try_for_each(|fill| fill.place(self, &mut solids))?;
+        for (row, fill) in (self.fills.len()..).zip(&self.solid_fills) {
+            fill.place(row, self, &mut solids)?;
+        }
         Ok(solids)
     }
 

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from carom.errors import ABSENT, Problem
-from carom.scene.model import LISTS, SHAPE_REASON, TABLES, field_names
+from carom.scene.model import LISTS, SHAPE_KINDS, TABLES, field_names, quoted
 
 Path = tuple[str | int, ...]
 """The way to a value: ``("body", 3, "shape", "radius")``."""
@@ -85,7 +85,11 @@ class Findings:
             case "reason":
                 self.add(path, message)
             case "kind" | "union_tag_invalid" | "union_tag_not_found":
-                self._add_kind(path, message if kind == "kind" else SHAPE_REASON)
+                self._add_kind(path, message if kind == "kind" else self._shape_reason(path, table[0]))
+            case "too_short" if path[-1:] == ("parts",):
+                self.add(path, "must be at least one part")
+            case "list_type" if path[-1:] == ("parts",):
+                self.add(path, "must be a list of parts, [{ shape = {...}, position = [x, y, z] }, ...]")
             case "list_type" if path[-1] in LISTS:
                 self.add(path, f"must be a list of tables: [[{path[-1]}]] with two brackets")
             case _ if path[-1:] == ("shape",):
@@ -97,6 +101,18 @@ class Findings:
         path = (*path, "kind")
         missing = value_at(self.data, path) is ABSENT
         self.add(path, f"is missing: {reason}" if missing else reason)
+
+    def _shape_reason(self, path: Path, owner: str) -> str:
+        """What is wrong with the kind of a shape; ``owner``: "body", "fill" or "part"."""
+        kinds = SHAPE_KINDS[owner]
+        given = value_at(self.data, (*path, "kind"))
+        reason = f"must be {quoted(kinds)}"
+        if owner == "fill" and given == "ball":
+            return "a fill of balls has no shape but a radius, for example radius = 0.5"
+        if owner == "part" and given == "compound":
+            return "a part of a compound is convex: list the parts of this one instead"
+        guess = nearest(given, kinds) if isinstance(given, str) else None
+        return reason if guess is None else f'{reason}; the nearest is "{guess}"'
 
     def problems_under(self, path: Path) -> bool:
         """Whether anything is wrong at ``path`` or below."""
@@ -125,7 +141,9 @@ def _table_and_path(location: Path) -> tuple[tuple[str, ...], Path]:
         last = place == len(location) - 1
         if isinstance(step, str) and not last:
             table.append(step)
-        tag_next = (table[:1], step) in ((["body"], "shape"), (["fill"], "radius"))
+        tag_next = step == "shape" or (table[:1], step) == (["fill"], "radius")
+    if "parts" in table:
+        table = ["part", *table[table.index("parts") + 1 :]]
     return tuple(table), tuple(path)
 
 
@@ -155,10 +173,14 @@ def _where(table: tuple[str, ...], seen_from: tuple[str, ...]) -> str:
     match table:
         case ():
             return "at the top of the file"
+        case ("part",):
+            return "in a part"
         case (section,):
             return f"in [[{section}]]" if section in LISTS else f"in [{section}]"
         case (_, _, kind) if seen_from[:2] == table[:2]:
             return f'to the kind "{kind}"'
+        case ("part", inner, *_):
+            return f"in {inner} of a part"
         case _:
             # The tables inside tables are shapes, radii and columns, all of them in lists.
             return f"in {''.join(table[1:2])} of [[{''.join(table[:1])}]]"

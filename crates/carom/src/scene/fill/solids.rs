@@ -11,11 +11,16 @@ use crate::random::Random;
 use crate::scene::{Scene, SolidBody};
 use crate::shape::BodyGeometry;
 
+/// A field, its value and what is wrong with it.
+type Wrong = (&'static str, String, String);
+
+fn wrong(field: &'static str, value: impl std::fmt::Display, reason: impl Into<String>) -> Wrong {
+    (field, value.to_string(), reason.into())
+}
+
 /// Bodies that turn, to be placed: alike, each turned at random.
 #[derive(Clone, Debug)]
 pub struct SolidFill {
-    /// Its place among all fills of the scene: its sequence of the one generator, and its name in errors.
-    pub row: usize,
     /// Id of the first; the others count on.
     pub first_id: i64,
     /// Their shape, which they share.
@@ -50,16 +55,19 @@ impl SolidFill {
         Lattice::spaced(&region, placement == Placement::Fcc, radius, spacing).map_or(0, |lattice| lattice.sites())
     }
 
-    fn wrong(&self, field: &'static str, value: impl std::fmt::Display, reason: impl Into<String>) -> CheckError {
-        Fill::wrong(self.row, field, value, reason)
-    }
-
-    /// Adds the bodies to `solids`.
-    pub(in crate::scene) fn place(&self, scene: &Scene, solids: &mut Vec<SolidBody>) -> Result<(), CheckError> {
-        let mass = self.check(scene)?;
-        let region = Region::new(self.row, scene, self.center, self.size)?;
-        let positions = self.positions(&region)?;
-        let mut random = Random::new(scene.seed, self.row as u64);
+    /// Adds the bodies to `solids`. `row` is its place after all fills of balls: its sequence of the one generator, and its
+    /// name in errors.
+    pub(in crate::scene) fn place(
+        &self,
+        row: usize,
+        scene: &Scene,
+        solids: &mut Vec<SolidBody>,
+    ) -> Result<(), CheckError> {
+        let named = |(field, value, reason): Wrong| Fill::wrong(row, field, value, reason);
+        let mass = self.check(scene).map_err(named)?;
+        let region = Region::new(row, scene, self.center, self.size)?;
+        let positions = self.positions(&region).map_err(named)?;
+        let mut random = Random::new(scene.seed, row as u64);
         let orientations: Vec<[f64; 4]> = positions.iter().map(|_| random_orientation(&mut random)).collect();
         let masses = vec![mass; positions.len()];
         let velocities = thermal_velocities(self.temperature, scene.dimensions, &masses, &mut random);
@@ -82,40 +90,40 @@ impl SolidFill {
     }
 
     /// Checks what is given; the mass of one (kg).
-    fn check(&self, scene: &Scene) -> Result<f64, CheckError> {
+    fn check(&self, scene: &Scene) -> Result<f64, Wrong> {
         if scene.dimensions != 3 {
-            return Err(self.wrong("shape", "given", "needs dimensions = 3"));
+            return Err(wrong("shape", "given", "needs dimensions = 3"));
         }
         if self.placement == Placement::Random {
             let reason = "must be \"cubic\" or \"fcc\" for bodies that turn: random places are found for balls only";
-            return Err(self.wrong("placement", "random", reason));
+            return Err(wrong("placement", "random", reason));
         }
         if !(1..1 << 30).contains(&self.count) {
-            return Err(self.wrong("count", self.count, "must be from 1 to 1073741823"));
+            return Err(wrong("count", self.count, "must be from 1 to 1073741823"));
         }
         if self.material as usize >= scene.materials {
-            return Err(self.wrong("material", self.material, "there is no such material"));
+            return Err(wrong("material", self.material, "there is no such material"));
         }
         if !(self.temperature.is_finite() && self.temperature >= 0.0) {
-            return Err(self.wrong("temperature", self.temperature, "must be 0 or more and finite"));
+            return Err(wrong("temperature", self.temperature, "must be 0 or more and finite"));
         }
         if !self.velocity.is_finite() {
-            return Err(self.wrong("velocity", self.velocity, "must be finite"));
+            return Err(wrong("velocity", self.velocity, "must be finite"));
         }
         let (field, value, mass) = match (self.mass, self.density) {
             (Some(mass), None) => ("mass", mass, self.geometry.moments(mass).map(|_| mass)),
             (None, Some(density)) => ("density", density, self.geometry.mass(density)),
-            _ => return Err(self.wrong("mass", "not given", "exactly one of mass and density is needed")),
+            _ => return Err(wrong("mass", "not given", "exactly one of mass and density is needed")),
         };
-        mass.map_err(|_| self.wrong(field, value, "must be positive and finite"))
+        mass.map_err(|_| wrong(field, value, "must be positive and finite"))
     }
 
-    fn positions(&self, region: &Region) -> Result<Vec<DVec3>, CheckError> {
+    fn positions(&self, region: &Region) -> Result<Vec<DVec3>, Wrong> {
         let fcc = self.placement == Placement::Fcc;
         let (radius, count) = (self.geometry.radius, self.count as usize);
         let too_large = || {
             let reason = format!("is too large for the region: it turns within a ball of {} m diameter", 2.0 * radius);
-            self.wrong("shape", "given", reason)
+            wrong("shape", "given", reason)
         };
         let Some(spacing) = self.spacing else {
             let lattice = Lattice::filling(region, fcc, radius, count).ok_or_else(too_large)?;
@@ -126,18 +134,18 @@ impl SolidFill {
                     lattice.nearest,
                     2.0 * radius
                 );
-                return Err(self.wrong("placement", if fcc { "fcc" } else { "cubic" }, reason));
+                return Err(wrong("placement", if fcc { "fcc" } else { "cubic" }, reason));
             }
             return Ok(lattice.spread(count));
         };
         if !(spacing.is_finite() && spacing >= 2.0 * radius) {
             let reason = format!("is less than the {} m of the ball within which a body turns", 2.0 * radius);
-            return Err(self.wrong("spacing", spacing, reason));
+            return Err(wrong("spacing", spacing, reason));
         }
         let lattice = Lattice::spaced(region, fcc, radius, spacing).ok_or_else(too_large)?;
         if lattice.sites() < count {
             let reason = format!("are more than the {} sites that this spacing leaves in the region", lattice.sites());
-            return Err(self.wrong("count", self.count, reason));
+            return Err(wrong("count", self.count, reason));
         }
         Ok(lattice.spread(count))
     }
