@@ -150,7 +150,7 @@ def _parsed(kind: str, content: bytes) -> Mesh:
         meshes = [mesh for mesh in scene.geometry.values() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
         whole: Any = scene.to_mesh() if meshes else None
     except Exception:  # whatever trimesh stumbles over
-        raise MeshFileError(f"is not a {name} file that can be read") from None
+        raise MeshFileError(f"cannot be read as {name}") from None
     if whole is None:
         raise MeshFileError("the file has no triangles")
     vertices, triangles = (np.asarray(whole.vertices, dtype=np.float64), np.asarray(whole.faces, dtype=np.uint32))

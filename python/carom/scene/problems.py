@@ -152,7 +152,9 @@ def _unknown(name: str, table: tuple[str, ...]) -> str:
     known = field_names(TABLES[table])
     guess = nearest(name, known)
     owners = [place for place, model in TABLES.items() if place != table and name in field_names(model)]
+    # What is not a part's own is probably the body's that the part is of.
     nearby = [place for place in owners if place[:1] == table[:1]]
+    nearby = nearby or [place for place in owners if table[:1] == ("part",) and place == ("body",)]
     if nearby or (owners and (guess is None or _likeness(name, guess) < LIKE)):
         places = dict.fromkeys(_where(owner, table) for owner in nearby or owners)
         return f"unknown field here; it belongs {' or '.join(places)}"
