@@ -85,7 +85,7 @@ impl State {
 
 /// Refuses bodies that turn, and meshes, as long as nothing simulates them.
 pub(in crate::scene) fn unsupported_solids(solids: &[SolidBody], meshes: &[MeshBody]) -> Result<(), CheckError> {
-    let reason = "bodies of this shape can be described and resolved, but not simulated yet";
+    let reason = "is of a shape that can be described and resolved, but not simulated yet";
     let solids = solids.iter().map(|solid| ("solid", solid.id));
     let meshes = meshes.iter().map(|mesh| ("mesh", mesh.id));
     match solids.chain(meshes).next() {
