@@ -125,24 +125,29 @@ impl SolidFill {
             let reason = format!("is too large for the region: it turns within a ball of {} m diameter", 2.0 * radius);
             wrong("shape", "given", reason)
         };
+        let lattice = |spacing| Lattice::spaced(region, fcc, radius, spacing);
+        let closest = lattice(2.0 * radius).ok_or_else(too_large)?;
         let Some(spacing) = self.spacing else {
-            let lattice = Lattice::filling(region, fcc, radius, count).ok_or_else(too_large)?;
-            if lattice.nearest < 2.0 * radius {
+            if closest.sites() < count {
                 let reason = format!(
-                    "its sites are {} m apart, less than the {} m of the ball within which a body turns; ask for fewer or \
-                     smaller bodies",
-                    lattice.nearest,
+                    "has {} sites in this region, {} m apart as the ball within which a body turns; ask for fewer or smaller \
+                     bodies",
+                    closest.sites(),
                     2.0 * radius
                 );
                 return Err(wrong("placement", if fcc { "fcc" } else { "cubic" }, reason));
             }
-            return Ok(lattice.spread(count));
+            let sites = |spacing| lattice(spacing).map_or(0, |lattice| lattice.sites());
+            let widest = widest(2.0 * radius, 2.0 * region.size.length(), |spacing| sites(spacing) >= count);
+            // Rounded down, so that no rounding of a multiple of it reaches into the walls.
+            let spacing = (widest * (1.0 - 8.0 * f64::EPSILON)).max(2.0 * radius);
+            return Ok(lattice(spacing).unwrap_or(closest).spread(count));
         };
         if !(spacing.is_finite() && spacing >= 2.0 * radius) {
             let reason = format!("is less than the {} m of the ball within which a body turns", 2.0 * radius);
             return Err(wrong("spacing", spacing, reason));
         }
-        let lattice = Lattice::spaced(region, fcc, radius, spacing).ok_or_else(too_large)?;
+        let lattice = lattice(spacing).ok_or_else(too_large)?;
         if lattice.sites() < count {
             let reason = format!("are more than the {} sites that this spacing leaves in the region", lattice.sites());
             return Err(wrong("count", self.count, reason));
@@ -170,6 +175,21 @@ impl SolidFill {
             .zip(&drawn)
             .map(|(orientation, spin)| axes(*orientation) * (principal * (factor * *spin)))
             .collect()
+    }
+}
+
+/// The largest spacing (m) that is still `enough`, between one that is and one that is not, by bisection.
+fn widest(mut enough_at: f64, mut too_far: f64, enough: impl Fn(f64) -> bool) -> f64 {
+    loop {
+        let middle = 0.5 * (enough_at + too_far);
+        if middle <= enough_at || middle >= too_far {
+            return enough_at;
+        }
+        if enough(middle) {
+            enough_at = middle;
+        } else {
+            too_far = middle;
+        }
     }
 }
 
