@@ -96,8 +96,8 @@ def collide(a: Mapping[str, Any], b: Mapping[str, Any], *, restitution: float = 
     Parameters
     ----------
     a, b
-        Bodies: mappings with the fields of a scene's `[[body]]`; `radius = r` is short for
-        `shape = {kind = "ball", radius = r}`. They are not changed. `material`, `name` and `id` are of no account.
+        Balls and planes, not yet bodies of other shapes: mappings with the fields of a scene's `[[body]]`; `radius = r`
+        is short for `shape = {kind = "ball", radius = r}`. They are not changed. `material`, `name` and `id` are of no account.
     restitution
         e, from 0 to 1.
 
@@ -128,7 +128,7 @@ def resolve(
     Parameters
     ----------
     a, b
-        Bodies as in `collide`; the shape may be left out where `inertia` is given.
+        Bodies as in `collide`, but of any shape; the shape may be left out where `inertia` is given.
     point
         Where they touch, (3,), m.
     normal
