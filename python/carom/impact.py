@@ -97,7 +97,8 @@ def collide(a: Mapping[str, Any], b: Mapping[str, Any], *, restitution: float = 
     ----------
     a, b
         Balls and planes, not yet bodies of other shapes: mappings with the fields of a scene's `[[body]]`; `radius = r`
-        is short for `shape = {kind = "ball", radius = r}`. They are not changed. `material`, `name` and `id` are of no account.
+        is short for `shape = {kind = "ball", radius = r}`. They are not changed. `material`, `name` and `id` are of no
+        account.
     restitution
         e, from 0 to 1.
 

@@ -3,10 +3,10 @@
 
 use std::sync::Arc;
 
-use carom::{DQuat, DVec3};
 use carom::scene::{MeshBody, Placement, Scene, SolidBody, SolidFill};
 use carom::shape::{BodyGeometry, Shape, TriangleMesh};
 use carom::world::{Boundary, Domain};
+use carom::{DQuat, DVec3};
 
 fn geometry() -> Arc<BodyGeometry> {
     let shape = Shape::cuboid(DVec3::new(1.0, 2.0, 3.0)).expect("a box");
@@ -107,7 +107,7 @@ fn what_a_fill_cannot_be() {
     let cases = [
         (SolidFill { placement: Placement::Random, ..fill() }, "placement = random: must be \"cubic\" or \"fcc\""),
         (SolidFill { count: 0, ..fill() }, "count = 0: must be from 1"),
-        (SolidFill { count: 100_000, ..fill() }, "placement = fcc: has 500 sites in this region"),
+        (SolidFill { count: 100_000, ..fill() }, "placement = fcc: has 500 sites for 100000 bodies in this region"),
         (SolidFill { spacing: Some(3.0), ..fill() }, "spacing = 3: is less than the 3.74165"),
         (SolidFill { spacing: Some(f64::NAN), ..fill() }, "spacing = NaN"),
         (SolidFill { spacing: Some(20.0), ..fill() }, "count = 100: are more than the 4 sites"),

@@ -130,8 +130,8 @@ impl SolidFill {
         let Some(spacing) = self.spacing else {
             if closest.sites() < count {
                 let reason = format!(
-                    "has {} sites in this region, {} m apart as the ball within which a body turns; ask for fewer or smaller \
-                     bodies",
+                    "has {} sites for {count} bodies in this region: they are {} m apart, the diameter of the ball within \
+                     which a body turns; ask for fewer or smaller bodies",
                     closest.sites(),
                     2.0 * radius
                 );
