@@ -1,5 +1,6 @@
 """Bodies of any shape: what a scene says of them, what the simulator is handed, and what an impact does to them."""
 
+import contextlib
 import itertools
 import math
 from pathlib import Path
@@ -14,6 +15,7 @@ from carom import _carom
 from carom.errors import SceneError
 from carom.meshes import convex_parts, read_mesh
 from carom.scene import Scene
+from carom.scene.model import SHAPES
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -126,6 +128,10 @@ def test_bodies_that_are_alike_share_a_geometry():
     spec = scene_of(*bodies).to_spec()
     assert len(spec["geometries"]) == 2
     assert spec["solids"]["geometry"].tolist() == [0] * 50 + [1]
+    fill = {**fill_of(BOX, count=3), "size": [9.0] * 3, "center": [0.0, 20.0, 0.0]}
+    geometries = scene_of(body(BOX), body({"kind": "ball", "radius": 1.0}, position=[9, 0, 0]), fill=[fill]).geometries
+    assert list(geometries) == [0, 2, 3, 4]
+    assert len({id(geometry) for geometry in geometries.values()}) == 1
 
 
 def test_what_the_simulator_is_handed():
@@ -311,6 +317,34 @@ def test_any_points_are_a_body_or_a_scene_error(points):
     assert 2 * moments.max() <= moments.sum() * (1 + 1e-12)
     # The farthest corner, seen from the centre of mass.
     assert geometry.radius == pytest.approx(np.linalg.norm(geometry.vertices, axis=1).max(), rel=1e-12)
+
+
+kinds = st.sampled_from([*SHAPES, "box ", "torus", "", None, 3])
+values = st.sampled_from(
+    [
+        *(None, True, -1, 0, 1, 0.5, math.nan, 1e60, "auto", "x.stl", "../x.stl", [], {}),
+        *([1, 2, 3], [0, 1, 2], [1, 0, 0, 0], TETRAHEDRON["points"], [[0, 0], 1], [[1, 2, 3]] * 5),
+    ]
+)
+field_names = st.sampled_from(sorted({name for model in SHAPES.values() for name in model.model_fields} | {"sise"}))
+part_tables = st.dictionaries(st.sampled_from(["shape", "position", "orientation", "mass"]), values, max_size=3)
+shape_tables = st.builds(
+    lambda kind, fields: {**fields, "kind": kind},
+    kinds,
+    st.dictionaries(field_names, values | st.lists(part_tables, max_size=2), max_size=4),
+)
+
+
+@settings(derandomize=True, max_examples=400, deadline=None)
+@given(shape_tables, st.sampled_from(["body", "fill", "part"]), st.dictionaries(field_names, values, max_size=1))
+def test_whatever_shape_comes_in_only_scene_errors_come_out(shape, where, more):
+    fields = {"mass": 1.0, "position": [0, 0, 0], **more}
+    if where == "part":
+        shape = {"kind": "compound", "parts": [{"shape": shape}]}
+    items = {"fill": [{"shape": shape, **more}]} if where == "fill" else {"body": [{"shape": shape, **fields}]}
+    # Any other error fails the test.
+    with contextlib.suppress(SceneError):
+        Scene.from_dict({"duration": 1, **items}).to_spec()
 
 
 # --- fills ----------------------------------------------------------------------------------------------------------

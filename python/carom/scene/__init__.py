@@ -30,6 +30,7 @@ from carom.scene.model import (
     Pair,
     Rules,
     SceneFields,
+    SolidShape,
 )
 from carom.scene.problems import Findings, nearest
 from carom.scene.problems import Path as FieldPath
@@ -294,6 +295,16 @@ class Scene:
         """The files of [[import]] and of meshes: as the scene names them, and where they are."""
         names = [*(item.file for item in self.imports), *self._shapes.files]
         return [(name, self.folder / name) for name in names]
+
+    @property
+    def geometries(self) -> dict[int, _carom.Geometry]:
+        """The geometry of every body that turns, by id; bodies that are alike share one."""
+        pairs = list(zip(self.bodies, self.roster.body_ids, strict=True))
+        found = {n: self._shapes.geometry(body.shape) for body, n in pairs if isinstance(body.shape, SolidShape)}
+        for fill, ids in zip(self.fills, self.roster.fill_ids, strict=True):
+            if fill.shape is not None:
+                found |= dict.fromkeys(ids, self._shapes.geometry(fill.shape))
+        return found
 
     @property
     def count(self) -> int:

@@ -93,7 +93,8 @@ class Findings:
             case "list_type" if path[-1] in LISTS:
                 self.add(path, f"must be a list of tables: [[{path[-1]}]] with two brackets")
             case _ if path[-1:] == ("shape",):
-                self.add(path, 'must be a table, for example { kind = "ball", radius = 0.5 }')
+                example = 'kind = "cube", edge = 1.0' if table[:1] == ("fill",) else 'kind = "ball", radius = 0.5'
+                self.add(path, f"must be a table, for example {{ {example} }}")
             case _:
                 self.add(path, "must be a table of fields")
 

@@ -71,14 +71,7 @@ impl Lattice {
         }
         let cell = DVec3::splat(edge);
         let low = region.center - 0.5 * cell * DVec3::from_array(cells.map(|count| count as f64));
-        (cells.iter().product::<usize>() > 0).then_some(Self {
-            low,
-            cell,
-            cells,
-            basis: basis(fcc),
-            axes: 3,
-            nearest: spacing,
-        })
+        Some(Self { low, cell, cells, basis: basis(fcc), axes: 3, nearest: spacing })
     }
 
     /// How many sites there are.
