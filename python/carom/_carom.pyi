@@ -10,20 +10,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "MOST_TRIANGLES",
     "CheckError",
     "CollapseError",
     "Engine",
+    "Geometry",
     "Lines",
     "OverlapError",
+    "ShapeError",
+    "TriangleMesh",
     "__version__",
+    "check_inertia",
     "classify",
     "collide",
+    "lattice_sites",
     "parse_json",
     "parse_toml",
+    "placed_solids",
     "resolve",
 ]
 
 __version__: str
+
+MOST_TRIANGLES: int
+"""A mesh has no more triangles than this."""
 
 _Floats: TypeAlias = NDArray[np.float64]
 _Integers: TypeAlias = NDArray[np.int64]
@@ -36,6 +46,15 @@ class CheckError(ValueError):
 
 class OverlapError(ValueError):
     """Two bodies are deeper in each other than touching."""
+
+class ShapeError(ValueError):
+    """No body has such a shape, mass or inertia.
+
+    `field` is the number to blame, if it is a single one; `concave`: a closed mesh whose one fault is not to be convex.
+    """
+
+    field: str | None
+    concave: bool
 
 class CollapseError(RuntimeError):
     """Impacts that lose energy accumulate at one time. The engine is left at the last valid impact."""
@@ -100,6 +119,86 @@ class Engine:
     def counts(self) -> dict[str, int]: ...
     def checkpoint(self) -> bytes: ...
     def rules(self) -> dict[str, str]: ...
+
+@final
+class Geometry:
+    """The shape of bodies that turn; bodies that are alike share one. Lengths in m.
+
+    The functions that make one raise ShapeError. Its frame is the one in which the shape was given.
+    """
+
+    @staticmethod
+    def ball(radius: float) -> Geometry: ...
+    @staticmethod
+    def box(size: Sequence[float]) -> Geometry: ...
+    @staticmethod
+    def capsule(radius: float, length: float) -> Geometry: ...
+    @staticmethod
+    def cylinder(radius: float, length: float) -> Geometry: ...
+    @staticmethod
+    def ellipsoid(semi_axes: Sequence[float]) -> Geometry: ...
+    @staticmethod
+    def platonic(kind: str, edge: float) -> Geometry: ...
+    @staticmethod
+    def hull(points: _Floats) -> Geometry:
+        """The convex hull of points (n, 3)."""
+    @staticmethod
+    def mesh(vertices: _Floats, triangles: NDArray[np.uint32]) -> Geometry:
+        """What a closed, convex mesh bounds: (n, 3) vertices, (m, 3) triangles, counter-clockwise seen from outside."""
+    @staticmethod
+    def compound(parts: Sequence[tuple[Geometry, Sequence[float], Sequence[float]]]) -> Geometry:
+        """Convex parts, each with the position of its frame and its orientation (w, x, y, z)."""
+    @property
+    def volume(self) -> float:
+        """Volume, m³; of a compound the sum of those of its parts."""
+    @property
+    def radius(self) -> float:
+        """Largest distance of a point from the centre of mass."""
+    @property
+    def centre(self) -> list[float]:
+        """The centre of mass."""
+    @property
+    def principal_axes(self) -> list[float]:
+        """Unit quaternion (w, x, y, z), principal axes to the shape's frame."""
+    def mass(self, density: float) -> float:
+        """Mass, kg, at a density, kg/m³. Raises ShapeError."""
+    def moments(self, mass: float) -> list[float]:
+        """Moments about the principal axes, kg m², of a homogeneous body of this mass, kg. Raises ShapeError."""
+    @property
+    def parts(self) -> list[dict[str, Any]]:
+        """The convex parts, for pictures, seen from the centre of mass along the axes of the shape's frame.
+
+        Each has a kind ("ball", "polyhedron", "capsule", "cylinder", "ellipsoid"), position, orientation, and radius,
+        length, semi_axes, vertices and faces as the kind needs; whatever is not a compound is its own one part.
+        """
+    @property
+    def vertices(self) -> _Floats:
+        """Corners (n, 3) of a polyhedron, seen from the centre of mass; none of other shapes."""
+    @property
+    def faces(self) -> list[NDArray[np.uint32]]:
+        """Which corners each face of a polyhedron has, counter-clockwise seen from outside; none of other shapes."""
+
+@final
+class TriangleMesh:
+    """Fixed surroundings of triangles, open or closed."""
+
+    def __new__(cls, vertices: _Floats, triangles: NDArray[np.uint32]) -> TriangleMesh:
+        """Of (n, 3) vertices, m, and (m, 3) triangles. Raises ShapeError."""
+    @property
+    def vertices(self) -> _Floats: ...
+    @property
+    def triangles(self) -> NDArray[np.uint32]: ...
+
+def check_inertia(moments: Sequence[float]) -> None:
+    """Refuse three moments about principal axes, kg m², that no body has. Raises ShapeError."""
+
+def lattice_sites(
+    placement: str, size: Sequence[float], wraps: Sequence[bool], geometry: Geometry, spacing: float
+) -> int:
+    """Count the sites of a lattice with this spacing, m, in a region of this size that is closed along some axes."""
+
+def placed_solids(spec: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
+    """Tell the bodies that turn of a spec, those of its fills too, by column. Raises CheckError."""
 
 def collide(a: Mapping[str, Any], b: Mapping[str, Any], restitution: float) -> dict[str, Any] | None: ...
 def resolve(

@@ -96,8 +96,9 @@ def collide(a: Mapping[str, Any], b: Mapping[str, Any], *, restitution: float = 
     Parameters
     ----------
     a, b
-        Bodies: mappings with the fields of a scene's `[[body]]`; `radius = r` is short for
-        `shape = {kind = "ball", radius = r}`. They are not changed. `material`, `name` and `id` are of no account.
+        Balls and planes, not yet bodies of other shapes: mappings with the fields of a scene's `[[body]]`; `radius = r`
+        is short for `shape = {kind = "ball", radius = r}`. They are not changed. `material`, `name` and `id` are of no
+        account.
     restitution
         e, from 0 to 1.
 
@@ -128,7 +129,7 @@ def resolve(
     Parameters
     ----------
     a, b
-        Bodies as in `collide`; the shape may be left out where `inertia` is given.
+        Bodies as in `collide`, but of any shape; the shape may be left out where `inertia` is given.
     point
         Where they touch, (3,), m.
     normal
@@ -185,6 +186,7 @@ def classify(a: Mapping[str, Any], b: Mapping[str, Any]) -> str:
 
 
 _OF_NO_ACCOUNT = ("id", "name", "material")
+_STATE = ("position", "velocity", "orientation", "angular_velocity")
 
 
 def _native_body(name: str, body: Mapping[str, Any], *, needs_shape: bool = True) -> dict[str, Any]:
@@ -197,7 +199,11 @@ def _native_body(name: str, body: Mapping[str, Any], *, needs_shape: bool = True
     short = "radius" in given and "shape" not in given
     if short:
         given["shape"] = {"kind": "ball", "radius": given.pop("radius")}
-    inertia = None if needs_shape or "inertia" not in given else _inertia(f"{name}.inertia", given.pop("inertia"))
+    # Of a body that turns the scene checks the inertia, that of a ball has three moments alike there.
+    ball = not isinstance(given.get("shape"), dict) or given["shape"].get("kind") == "ball"
+    inertia = None
+    if ball and not needs_shape and "inertia" in given:
+        inertia = _inertia(f"{name}.inertia", given.pop("inertia"))
     if inertia is not None and "shape" not in given:
         # Given the inertia, the impulse does not depend on the shape: any ball will do.
         given["shape"] = {"kind": "ball", "radius": 1.0}
@@ -209,15 +215,27 @@ def _native_body(name: str, body: Mapping[str, Any], *, needs_shape: bool = True
         plane = spec["planes"][0]
         position = [n * plane["offset"] for n in plane["normal"]]
         return {"plane": plane, "position": position, "velocity": plane["velocity"], "mass": math.inf, "fixed": True}
-    balls = {field: values[0] for field, values in spec["balls"].items()}
-    if inertia is None:
-        inertia = np.full(3, float(balls["inertia"]))
+    if spec["meshes"]:
+        mesh = spec["meshes"][0]
+        return {**{field: mesh[field] for field in ("mesh", *_STATE)}, "mass": math.inf, "fixed": True}
+    if len(spec["solids"]["id"]):
+        row = {field: values[0] for field, values in spec["solids"].items()}
+        (geometry,) = spec["geometries"]
+        shape: dict[str, Any] = {"geometry": geometry}
+        inertia = row["inertia"]
+        if np.isnan(inertia).any() and not row["fixed"]:
+            inertia = np.array(geometry.moments(float(row["mass"])))
+    else:
+        row = {field: values[0] for field, values in spec["balls"].items()}
+        shape = {"radius": float(row["radius"])}
+        if inertia is None:
+            inertia = np.full(3, float(row["inertia"]))
     return {
-        "radius": float(balls["radius"]),
-        "mass": float(balls["mass"]),
+        **shape,
+        "mass": float(row["mass"]),
         "inertia": inertia.tolist(),
-        **{field: balls[field].tolist() for field in ("position", "velocity", "orientation", "angular_velocity")},
-        "fixed": bool(balls["fixed"]),
+        **{field: row[field].tolist() for field in _STATE},
+        "fixed": bool(row["fixed"]),
     }
 
 

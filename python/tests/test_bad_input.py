@@ -1,6 +1,9 @@
-"""Bad inputs and the exact text of the error each gives: the table is bad_input.txt, for people to read too."""
+"""Bad inputs and the exact text of the error each gives: the tables are for people to read too."""
 
 import json
+import struct
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -9,13 +12,14 @@ import pytest
 from carom.errors import ABSENT, CaromError, Problem, SceneError, shown
 from carom.scene import Scene
 
-TABLE = Path(__file__).with_name("bad_input.txt")
+TABLES = [Path(__file__).with_name(name) for name in ("bad_input.txt", "bad_shapes.txt")]
 
 
 def cases():
-    """The table: ``=== file: name`` begins a case, ``>>>`` its error; ``+++ file`` is a file that cases import."""
+    """The tables: ``=== file: name`` begins a case, ``>>>`` its error; ``+++ file`` is a file that cases import."""
     found, files = [], {}
-    for part in ("\n" + TABLE.read_text(encoding="utf-8")).split("\n=== ")[1:]:
+    tables = "".join("\n" + table.read_text(encoding="utf-8") for table in TABLES)
+    for part in tables.split("\n=== ")[1:]:
         head, rest = part.split("\n", 1)
         text, error = rest.split("\n>>>\n")
         file, name = head.split(": ", 1)
@@ -30,17 +34,38 @@ def cases():
 CASES, FILES = cases()
 
 
+def binary_stl(triangles, declared=None):
+    """A binary STL file of triangles (n, 3, 3), m, that declares to have ``declared``."""
+    count = len(triangles) if declared is None else declared
+    rows = [struct.pack("<3f9fH", 0, 0, 0, *np.ravel(triangle), 0) for triangle in triangles]
+    return b"\0" * 80 + struct.pack("<I", count) + b"".join(rows)
+
+
+TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])[[[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]]
+
+MESHES = {
+    "empty.stl": b"",
+    "short.stl": b"\0" * 50,
+    "cut.stl": binary_stl(TETRAHEDRON)[:-20],
+    "many.stl": binary_stl([], 10_000_000),
+    "nan.stl": binary_stl(np.where(TETRAHEDRON == 1, np.nan, TETRAHEDRON)),
+}
+"""Files that no text can be."""
+
+
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name, text in FILES.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
+    for name, content in MESHES.items():
+        (tmp_path / name).write_bytes(content)
     return tmp_path
 
 
 def test_the_table_is_whole():
     names = [case.id for case in CASES]
-    assert len(names) == len(set(names)) >= 150
+    assert len(names) == len(set(names)) >= 240
 
 
 @pytest.mark.parametrize(("file", "text", "error"), CASES)
@@ -51,6 +76,49 @@ def test_bad_scene(folder, file, text, error):
     assert str(caught.value) == error
     assert isinstance(caught.value, CaromError)
     assert isinstance(caught.value, ValueError)
+
+
+def mesh_scene(**shape):
+    return {"duration": 1, "body": [{"shape": shape, "mass": 1, "position": [0, 0, 0]}]}
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_mesh_that_is_too_large_is_refused_at_once():
+    begin = time.perf_counter()
+    with pytest.raises(SceneError, match="10000000 triangles"):
+        Scene.from_dict(mesh_scene(kind="convex", mesh="many.stl"))
+    # Importing a package may be in this; reading ten million triangles takes far longer.
+    assert time.perf_counter() - begin < 1
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("package", "shape", "error"),
+    [
+        (
+            "trimesh",
+            {"kind": "convex", "mesh": "cube.obj"},
+            'body[0].shape.mesh = "cube.obj": needs the package trimesh to be read: pip install "carom[mesh]"',
+        ),
+        (
+            "coacd",
+            {"kind": "convex", "mesh": "bracket.obj", "parts": "auto"},
+            'body[0].shape.parts = "auto": needs the package coacd to be split: pip install "carom[decompose]"',
+        ),
+    ],
+)
+def test_packages_that_are_missing(monkeypatch, package, shape, error):
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(SceneError) as caught:
+        Scene.from_dict(mesh_scene(**shape))
+    assert str(caught.value) == error
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_large_text_file_is_counted_before_it_is_read(monkeypatch):
+    monkeypatch.setattr("carom.meshes.MOST_TRIANGLES", 11)
+    with pytest.raises(SceneError, match=r"the file has 12 triangles; a mesh may have 11$"):
+        Scene.from_dict(mesh_scene(kind="convex", mesh="cube.obj"))
 
 
 @pytest.mark.usefixtures("folder")

@@ -346,7 +346,9 @@ def distribution_samples(radius, random, count):
 @pytest.mark.parametrize("power", [2, 3])
 def test_mean_powers_of_radii(radius, power):
     fields = {"duration": 1, "fill": [{"count": 1, "mass": 1, "size": [9, 9, 9], "radius": radius}]}
-    mean = mean_power(SceneFields.model_validate(fields).fills[0].radius, power)
+    given = SceneFields.model_validate(fields).fills[0].radius
+    assert given is not None
+    mean = mean_power(given, power)
     samples = distribution_samples(radius, np.random.default_rng(1), 400_000) ** power
     # Five standard errors of the mean: a fixed seed, so it holds always or never.
     assert abs(samples.mean() - mean) <= 5 * samples.std() / math.sqrt(len(samples)) + 1e-15

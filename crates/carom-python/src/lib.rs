@@ -3,6 +3,7 @@
 
 mod engine;
 mod errors;
+mod geometry;
 mod pair;
 mod scene_text;
 mod spec;
@@ -16,8 +17,15 @@ fn _carom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("CheckError", py.get_type::<errors::CheckError>())?;
     module.add("CollapseError", py.get_type::<errors::CollapseError>())?;
     module.add("OverlapError", py.get_type::<errors::OverlapError>())?;
+    module.add("ShapeError", py.get_type::<errors::ShapeError>())?;
+    module.add("MOST_TRIANGLES", carom::tolerance::MOST_TRIANGLES)?;
     module.add_class::<engine::Engine>()?;
+    module.add_class::<geometry::Geometry>()?;
     module.add_class::<scene_text::Lines>()?;
+    module.add_class::<geometry::TriangleMesh>()?;
+    module.add_function(wrap_pyfunction!(geometry::check_inertia, module)?)?;
+    module.add_function(wrap_pyfunction!(spec::lattice_sites, module)?)?;
+    module.add_function(wrap_pyfunction!(spec::placed_solids, module)?)?;
     module.add_function(wrap_pyfunction!(pair::collide, module)?)?;
     module.add_function(wrap_pyfunction!(pair::resolve, module)?)?;
     module.add_function(wrap_pyfunction!(pair::classify, module)?)?;

@@ -7,6 +7,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors;
+use crate::geometry::Geometry;
+
+const IDENTITY: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
 fn body(value: &Bound<'_, PyDict>) -> PyResult<Body> {
     let entry =
@@ -14,13 +17,22 @@ fn body(value: &Bound<'_, PyDict>) -> PyResult<Body> {
     let vector = |key: &str| -> PyResult<DVec3> {
         entry(key)?.map_or(Ok(DVec3::ZERO), |value| Ok(DVec3::from_array(value.extract::<[f64; 3]>()?)))
     };
-    let shape = match (entry("radius")?, entry("plane")?) {
-        (Some(radius), None) => Shape::Ball { radius: radius.extract()? },
-        (None, Some(plane)) => Shape::Plane {
+    let mut orientation = entry("orientation")?.map_or(Ok(IDENTITY), |value| value.extract())?;
+    let shape = match (entry("radius")?, entry("plane")?, entry("geometry")?, entry("mesh")?) {
+        (Some(radius), None, None, None) => Shape::Ball { radius: radius.extract()? },
+        (None, Some(plane), None, None) => Shape::Plane {
             normal: DVec3::from_array(plane.get_item("normal")?.extract()?),
             offset: plane.get_item("offset")?.extract()?,
         },
-        _ => return Err(PyValueError::new_err("a body has either a radius or a plane")),
+        (None, None, Some(geometry), None) => {
+            // The core wants the principal axes, and not those in which the shape was given.
+            let geometry = geometry.cast::<Geometry>()?;
+            let turned = geometry.get().body.to_principal(DVec3::ZERO, orientation);
+            orientation = turned.map_err(|error| errors::shape(value.py(), &error))?.1;
+            Shape::Solid
+        }
+        (None, None, None, Some(_)) => Shape::Solid,
+        _ => return Err(PyValueError::new_err("a body has either a radius, a plane, a geometry or a mesh")),
     };
     let fixed = entry("fixed")?.map_or(Ok(false), |value| value.extract::<bool>())?;
     let mass = match (entry("mass")?, fixed) {
@@ -33,7 +45,7 @@ fn body(value: &Bound<'_, PyDict>) -> PyResult<Body> {
         mass,
         inertia: vector("inertia")?,
         position: vector("position")?,
-        orientation: entry("orientation")?.map_or(Ok([1.0, 0.0, 0.0, 0.0]), |value| value.extract())?,
+        orientation,
         velocity: vector("velocity")?,
         angular_velocity: vector("angular_velocity")?,
     })

@@ -27,15 +27,30 @@ pub enum Shape {
         /// Distance from the origin along the normal (m).
         offset: f64,
     },
+    /// A body that turns. Where its surface is does not matter at a given contact.
+    Solid,
 }
 
 impl Shape {
-    fn kind(&self) -> ShapeKind {
+    /// Its name in the table of pairs, if it is there.
+    fn kind(&self) -> Option<ShapeKind> {
         match self {
-            Self::Ball { .. } => ShapeKind::Ball,
-            Self::Plane { .. } => ShapeKind::Plane,
+            Self::Ball { .. } => Some(ShapeKind::Ball),
+            Self::Plane { .. } => Some(ShapeKind::Plane),
+            Self::Solid => None,
         }
     }
+}
+
+/// The names of both in the table of pairs.
+///
+/// # Errors
+/// A body that turns.
+fn kinds(a: &Body, b: &Body) -> Result<(ShapeKind, ShapeKind), Problem> {
+    let reason = "where two bodies touch can be told of balls and planes only, not yet of bodies that turn; resolve \
+                  takes any shape, at a contact that is given";
+    let unsupported = || Problem::new("pair", None, "", "", reason);
+    Ok((a.shape.kind().ok_or_else(unsupported)?, b.shape.kind().ok_or_else(unsupported)?))
 }
 
 /// One of two bodies.
@@ -153,7 +168,8 @@ struct Geometry {
 fn geometry(a: &Body, b: &Body) -> Result<Geometry, ContactError> {
     validate(a, 0)?;
     validate(b, 1)?;
-    let kind = kind_of_pair(a.shape.kind(), b.shape.kind()).ok_or_else(|| {
+    let (kind_a, kind_b) = kinds(a, b)?;
+    let kind = kind_of_pair(kind_a, kind_b).ok_or_else(|| {
         Problem::new("pair", None, "shape", "plane and plane", "two planes, whose motion is prescribed, cannot collide")
     })?;
     let geometry = match (a.shape, b.shape) {
@@ -171,7 +187,7 @@ fn geometry(a: &Body, b: &Body) -> Result<Geometry, ContactError> {
             let mirrored = plane_geometry(kind, b, radius, normal, offset);
             Geometry { direction: -mirrored.direction, ..mirrored }
         }
-        (Shape::Plane { .. }, Shape::Plane { .. }) => unreachable!("not in the table of pairs"),
+        _ => unreachable!("not in the table of pairs"),
     };
     if geometry.gap < -geometry.touching {
         return Err(ContactError::Overlap { depth: -geometry.gap });
@@ -358,7 +374,7 @@ pub fn resolve(a: &Body, b: &Body, point: DVec3, normal: DVec3, restitution: f64
     .resolve(None);
     Ok(PairImpact {
         time: 0.0,
-        kind: kind_of_pair(a.shape.kind(), b.shape.kind()),
+        kind: kinds(a, b).ok().and_then(|(kind_a, kind_b)| kind_of_pair(kind_a, kind_b)),
         point,
         normal,
         approach_speed: outcome.approach_speed,

@@ -7,14 +7,14 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
-pub use fill::{Fill, Placement, RadiusDistribution};
+pub use fill::{Fill, Placement, RadiusDistribution, SolidFill};
 
 use crate::error::{CheckError, Problem};
 use crate::event::Kind;
 use crate::flight::Flight;
 use crate::predict::turning::solid::Solid;
 use crate::rotation::Rotation;
-use crate::shape::BodyGeometry;
+use crate::shape::{BodyGeometry, TriangleMesh};
 use crate::time::Clock;
 use crate::world::turning::{TurningBodies, TurningBody};
 use crate::world::{Body, Boundary, Domain, Partner, Plane, RestitutionTable, Spin, World};
@@ -116,6 +116,25 @@ pub struct SolidBody {
     pub fixed: bool,
 }
 
+/// Surroundings of triangles, whose motion is prescribed.
+#[derive(Clone, Debug)]
+pub struct MeshBody {
+    /// Identity, unique among all bodies, 0 or more.
+    pub id: i64,
+    /// The triangles, in a frame of their own.
+    pub mesh: Arc<TriangleMesh>,
+    /// Where the origin of that frame is (m).
+    pub position: DVec3,
+    /// Unit quaternion (w, x, y, z): that frame to world.
+    pub orientation: [f64; 4],
+    /// Velocity (m/s) of the origin of that frame.
+    pub velocity: DVec3,
+    /// World axes (rad/s).
+    pub angular_velocity: DVec3,
+    /// Index of the material.
+    pub material: u32,
+}
+
 /// A plane as a body: the points with normal·x = offset, moving at `velocity`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneBody {
@@ -156,10 +175,14 @@ pub struct Scene {
     pub balls: Balls,
     /// Bodies that turn.
     pub solids: Vec<SolidBody>,
+    /// Surroundings of triangles.
+    pub meshes: Vec<MeshBody>,
     /// Planes.
     pub planes: Vec<PlaneBody>,
     /// Balls to be placed.
     pub fills: Vec<Fill>,
+    /// Bodies that turn, to be placed. Their rows, in errors and as sequences of the one generator, count on from `fills`.
+    pub solid_fills: Vec<SolidFill>,
     /// Overlaps up to this depth (m) are removed by shrinking all balls by one factor; `None`: every overlap is an error.
     pub shrink_overlaps: Option<f64>,
 }
@@ -178,8 +201,10 @@ impl Default for Scene {
             domain_material: 0,
             balls: Balls::default(),
             solids: Vec::new(),
+            meshes: Vec::new(),
             planes: Vec::new(),
             fills: Vec::new(),
+            solid_fills: Vec::new(),
             shrink_overlaps: None,
         }
     }
@@ -208,13 +233,15 @@ impl Scene {
         for (row, fill) in self.fills.iter().enumerate() {
             fill.place(row, self, &mut balls)?;
         }
-        check::identities(self, &balls)?;
-        if !self.fills.is_empty() {
+        let solids = self.placed_solids()?;
+        check::identities(self, &balls, &solids)?;
+        if !self.fills.is_empty() || !self.solid_fills.is_empty() {
             // What was drawn has to pass like what was given.
-            let placed = Self { balls: balls.clone(), fills: Vec::new(), ..self.clone() };
-            check::values(&placed)?;
+            let (balls, solids) = (balls.clone(), solids.clone());
+            check::values(&Self { balls, solids, fills: Vec::new(), solid_fills: Vec::new(), ..self.clone() })?;
         }
-        let mut world = self.world(balls);
+        check::unsupported_meshes(&self.meshes)?;
+        let mut world = self.world(&balls, &solids);
         if !world.start.is_reachable() {
             let reason = "is too far from 0 for a clock that resolves the motion of the smallest ball";
             return Err(Problem::new("scene", None, "time", self.start_time, reason).into());
@@ -223,15 +250,27 @@ impl Scene {
         Ok((world, report))
     }
 
+    /// The bodies that turn: those given one by one, then those of the fills.
+    ///
+    /// # Errors
+    /// A fill that has no room, or with a value out of range.
+    pub fn placed_solids(&self) -> Result<Vec<SolidBody>, CheckError> {
+        let mut solids = self.solids.clone();
+        for (row, fill) in (self.fills.len()..).zip(&self.solid_fills) {
+            fill.place(row, self, &mut solids)?;
+        }
+        Ok(solids)
+    }
+
     /// The world of these balls and of the bodies that turn, sorted by id, not yet checked for overlaps.
-    fn world(&self, balls: Balls) -> World {
+    fn world(&self, balls: &Balls, solids: &[SolidBody]) -> World {
         let mut order: Vec<(i64, Row)> = balls.ids.iter().enumerate().map(|(row, &id)| (id, Row::Ball(row))).collect();
-        order.extend(self.solids.iter().enumerate().map(|(row, solid)| (solid.id, Row::Solid(row))));
+        order.extend(solids.iter().enumerate().map(|(row, solid)| (solid.id, Row::Solid(row))));
         order.sort_by_key(|&(id, _)| id);
         let mut planes = self.planes.clone();
         planes.extend(walls(&self.domain, self.domain_material));
         planes.sort_by_key(|plane| plane.id);
-        let clock = self.clock(&balls, &planes);
+        let clock = self.clock(balls, solids, &planes);
         let start = clock.at(self.start_time);
         let mut restitution = RestitutionTable::uniform(self.materials, self.restitution);
         for &(a, b, e) in &self.pairs {
@@ -248,7 +287,7 @@ impl Scene {
                 material: plane.material,
             })
             .collect();
-        let rows: Vec<Member> = order.iter().map(|&(_, row)| self.member(&balls, row)).collect();
+        let rows: Vec<Member> = order.iter().map(|&(_, row)| member(balls, solids, row)).collect();
         let turns = |row: usize| balls.angular_velocities[row] != DVec3::ZERO;
         let turned = |row: usize| balls.orientations[row] != [1.0, 0.0, 0.0, 0.0];
         let spin = (0..balls.len()).any(|row| turns(row) || turned(row)).then(|| {
@@ -287,7 +326,7 @@ impl Scene {
                 .collect(),
             impacts: vec![0; order.len()],
             images: if self.domain.is_periodic() { vec![[0; 3]; order.len()] } else { Vec::new() },
-            turning: self.turning(&order, &planes),
+            turning: turning(solids, &order, &planes),
             planes,
             spin,
             growth: None,
@@ -300,74 +339,17 @@ impl Scene {
         world
     }
 
-    fn member(&self, balls: &Balls, row: Row) -> Member {
-        match row {
-            Row::Ball(row) => Member {
-                position: balls.positions[row],
-                velocity: balls.velocities[row],
-                radius: balls.radii[row],
-                mass: balls.masses[row],
-                material: balls.materials[row],
-                fixed: balls.fixed[row],
-            },
-            Row::Solid(row) => {
-                let solid = &self.solids[row];
-                Member {
-                    position: solid.position,
-                    velocity: solid.velocity,
-                    radius: solid.geometry.radius,
-                    mass: solid.mass,
-                    material: solid.material,
-                    fixed: solid.fixed,
-                }
-            }
-        }
-    }
-
-    /// The bodies that turn, among all rows.
-    fn turning(&self, order: &[(i64, Row)], planes: &[Plane]) -> Option<TurningBodies> {
-        // Bodies that share a shape share what is prepared of it.
-        let mut prepared: Vec<(*const BodyGeometry, Arc<[Solid]>)> = Vec::new();
-        let mut bodies = Vec::with_capacity(self.solids.len());
-        for (row, &(_, member)) in order.iter().enumerate() {
-            let Row::Solid(solid) = member else { continue };
-            let solid = &self.solids[solid];
-            let shape = Arc::as_ptr(&solid.geometry);
-            let known = prepared.iter().rev().find(|(known, _)| *known == shape).map(|(_, parts)| parts.clone());
-            let parts = known.unwrap_or_else(|| {
-                let parts: Arc<[Solid]> = Solid::parts(&solid.geometry.shape).into();
-                prepared.push((shape, parts.clone()));
-                parts
-            });
-            // What is prescribed keeps its angular velocity, as a body does whose moments are equal.
-            let moments =
-                if solid.fixed { DVec3::ONE } else { solid.inertia.unwrap_or(solid.geometry.gyration * solid.mass) };
-            let [w, x, y, z] = solid.geometry.principal_orientation(solid.orientation);
-            let orientation = DQuat::from_xyzw(x, y, z, w).normalize();
-            bodies.push(TurningBody {
-                row: row as u32,
-                geometry: solid.geometry.clone(),
-                parts,
-                moments,
-                orientation,
-                angular_velocity: solid.angular_velocity,
-                rotation: Rotation::new(moments, orientation, solid.angular_velocity),
-            });
-        }
-        (!bodies.is_empty()).then(|| TurningBodies::new(order.len(), bodies, planes))
-    }
-
     /// A clock whose span is some 64 times the time in which the fastest body crosses the smallest radius: rounding of an
     /// instant then moves nothing by more than about 1e-14 radii.
-    fn clock(&self, balls: &Balls, planes: &[PlaneBody]) -> Clock {
+    fn clock(&self, balls: &Balls, solids: &[SolidBody], planes: &[PlaneBody]) -> Clock {
         // Of a body that turns, a thousandth of its size is a detail.
-        let details = self.solids.iter().map(|solid| solid.geometry.in_radius.max(1e-3 * solid.geometry.radius));
+        let details = solids.iter().map(|solid| solid.geometry.in_radius.max(1e-3 * solid.geometry.radius));
         let smallest = balls.radii.iter().copied().chain(details).fold(f64::INFINITY, f64::min);
         let speeds = balls.velocities.iter().chain(planes.iter().map(|plane| &plane.velocity));
         let of_solid =
             |solid: &SolidBody| solid.velocity.length() + solid.angular_velocity.length() * solid.geometry.radius;
         let fastest =
-            speeds.map(|velocity| velocity.length()).chain(self.solids.iter().map(of_solid)).fold(0.0, f64::max);
+            speeds.map(|velocity| velocity.length()).chain(solids.iter().map(of_solid)).fold(0.0, f64::max);
         let fastest = fastest.max((self.gravity.length() * smallest).sqrt());
         let crossing = smallest / fastest;
         if crossing.is_finite() && crossing > 0.0 { Clock::with_span(32.0 * crossing) } else { Clock::with_span(1.0) }
@@ -404,6 +386,63 @@ struct Member {
     mass: f64,
     material: u32,
     fixed: bool,
+}
+
+fn member(balls: &Balls, solids: &[SolidBody], row: Row) -> Member {
+    match row {
+        Row::Ball(row) => Member {
+            position: balls.positions[row],
+            velocity: balls.velocities[row],
+            radius: balls.radii[row],
+            mass: balls.masses[row],
+            material: balls.materials[row],
+            fixed: balls.fixed[row],
+        },
+        Row::Solid(row) => {
+            let solid = &solids[row];
+            Member {
+                position: solid.position,
+                velocity: solid.velocity,
+                radius: solid.geometry.radius,
+                mass: solid.mass,
+                material: solid.material,
+                fixed: solid.fixed,
+            }
+        }
+    }
+}
+
+/// The bodies that turn, among all rows.
+fn turning(solids: &[SolidBody], order: &[(i64, Row)], planes: &[Plane]) -> Option<TurningBodies> {
+    // Bodies that share a shape share what is prepared of it.
+    let mut prepared: Vec<(*const BodyGeometry, Arc<[Solid]>)> = Vec::new();
+    let mut bodies = Vec::with_capacity(solids.len());
+    for (row, &(_, member)) in order.iter().enumerate() {
+        let Row::Solid(solid) = member else { continue };
+        let solid = &solids[solid];
+        let shape = Arc::as_ptr(&solid.geometry);
+        let known = prepared.iter().rev().find(|(known, _)| *known == shape).map(|(_, parts)| parts.clone());
+        let parts = known.unwrap_or_else(|| {
+            let parts: Arc<[Solid]> = Solid::parts(&solid.geometry.shape).into();
+            prepared.push((shape, parts.clone()));
+            parts
+        });
+        // What is prescribed keeps its angular velocity, as a body does whose moments are equal.
+        let moments =
+            if solid.fixed { DVec3::ONE } else { solid.inertia.unwrap_or(solid.geometry.gyration * solid.mass) };
+        let [w, x, y, z] = solid.geometry.principal_orientation(solid.orientation);
+        let orientation = DQuat::from_xyzw(x, y, z, w).normalize();
+        bodies.push(TurningBody {
+            row: row as u32,
+            geometry: solid.geometry.clone(),
+            parts,
+            moments,
+            orientation,
+            angular_velocity: solid.angular_velocity,
+            rotation: Rotation::new(moments, orientation, solid.angular_velocity),
+        });
+    }
+    (!bodies.is_empty()).then(|| TurningBodies::new(order.len(), bodies, planes))
 }
 
 /// The walls of a domain as planes.

@@ -18,6 +18,7 @@ from carom import _carom
 from carom.errors import ABSENT, Problem, SceneError
 from carom.imports import Imported, ImportFileError, read_import
 from carom.scene import check, text
+from carom.scene.fill import fill_count
 from carom.scene.model import (
     LISTS,
     Body,
@@ -29,9 +30,11 @@ from carom.scene.model import (
     Pair,
     Rules,
     SceneFields,
+    SolidShape,
 )
 from carom.scene.problems import Findings, nearest
 from carom.scene.problems import Path as FieldPath
+from carom.scene.shapes import Shapes
 from carom.scene.spec import Roster, build_spec
 
 __all__ = ["DEFAULT_FRAMES", "Scene"]
@@ -55,8 +58,9 @@ class Scene:
         self.file = file
         """The file as it was named when loading; None if the scene was made from a dict."""
         self.folder = folder
-        """The folder from which the files of [[import]] are named."""
+        """The folder from which the files of [[import]] and of meshes are named."""
         self._imported: list[Imported] = []
+        self._shapes = Shapes(folder)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
@@ -82,7 +86,7 @@ class Scene:
         fields
             As in a file: ``{"duration": 2.0, "body": [{...}, ...]}``. It is copied.
         folder
-            From where the files of [[import]] are named; default: the current folder.
+            From where the files of [[import]] and of meshes are named; default: the current folder.
 
         Raises
         ------
@@ -103,12 +107,29 @@ class Scene:
         scene = cls(fields, data, file, folder, lines)
         boxes = any(item.box for item in fields.imports)
         check.check(fields, places, findings, domain_by_import=boxes)
+        scene._read_shapes(places, findings)
         scene._read_imports(places["import"], findings)
         if not findings.problems:
             scene.roster.check(findings)
         if findings.problems:
             raise SceneError(findings.in_order())
         return scene
+
+    def _read_shapes(self, places: dict[str, list[int]], findings: Findings) -> None:
+        sections = (("body", self._fields.bodies), ("fill", self._fields.fills))
+        wrong = bool(findings.problems)
+        for section, items in sections:
+            for item, place in zip(items, places[section], strict=True):
+                path: FieldPath = (section, place, "shape")
+                if item.shape is not None and not (wrong and findings.problems_under(path)):
+                    self._shapes.read(item.shape, path, findings)
+        if findings.problems:
+            return
+        for fill, place in zip(self._fields.fills, places["fill"], strict=True):
+            if fill.shape is not None and not any(item.box for item in self._fields.imports):
+                geometry = self._shapes.geometry(fill.shape)
+                count = fill_count(fill, self._fields.domain, self.dimensions, geometry)
+                check.check_count(fill, ("fill", place), count, findings)
 
     def _read_imports(self, places: list[int], findings: Findings) -> None:
         for item, place in zip(self._fields.imports, places, strict=True):
@@ -149,13 +170,14 @@ class Scene:
         Raises
         ------
         SceneError
-            The suffix is another, or the scene imports files that are not to be found from the new file's folder.
+            The suffix is another, or the scene needs files that are not to be found from the new file's folder.
         """
         path = Path(path)
-        for place, item in enumerate(self.imports):
-            if not (path.parent / item.file).is_file():
+        imports = [(f"import[{place}].file", item.file) for place, item in enumerate(self.imports)]
+        for field, file in [*imports, *(("mesh", file) for file in self._shapes.files)]:
+            if not (path.parent / file).is_file():
                 reason = f"is not in the folder of {path.name}; copy it there first"
-                raise SceneError([Problem(os.fspath(path), None, f"import[{place}].file", item.file, reason)])
+                raise SceneError([Problem(os.fspath(path), None, field, file, reason)])
         writers = {".toml": text.to_toml, ".json": text.to_json}
         if path.suffix.lower() not in writers:
             raise SceneError([Problem(os.fspath(path), None, "", ABSENT, "a scene is a .toml or a .json file")])
@@ -270,8 +292,19 @@ class Scene:
 
     @property
     def imported_files(self) -> list[tuple[str, Path]]:
-        """The files of [[import]]: as the scene names them, and where they are."""
-        return [(item.file, self.folder / item.file) for item in self.imports]
+        """The files of [[import]] and of meshes: as the scene names them, and where they are."""
+        names = [*(item.file for item in self.imports), *self._shapes.files]
+        return [(name, self.folder / name) for name in names]
+
+    @property
+    def geometries(self) -> dict[int, _carom.Geometry]:
+        """The geometry of every body that turns, by id; bodies that are alike share one."""
+        pairs = list(zip(self.bodies, self.roster.body_ids, strict=True))
+        found = {n: self._shapes.geometry(body.shape) for body, n in pairs if isinstance(body.shape, SolidShape)}
+        for fill, ids in zip(self.fills, self.roster.fill_ids, strict=True):
+            if fill.shape is not None:
+                found |= dict.fromkeys(ids, self._shapes.geometry(fill.shape))
+        return found
 
     @property
     def count(self) -> int:
@@ -294,12 +327,12 @@ class Scene:
     @cached_property
     def roster(self) -> Roster:
         """Which body has which id, and where in the scene it comes from."""
-        return Roster(self._fields, self._imported)
+        return Roster(self._fields, self._imported, self._shapes)
 
     def to_spec(self) -> dict[str, Any]:
         """The scene as the simulator takes it: numbers and arrays, ids and materials resolved."""
         with _no_collecting():
-            return build_spec(self._fields, self._imported, self.roster)
+            return build_spec(self._fields, self._imported, self._shapes, self.roster)
 
     def engine(self) -> _carom.Engine:
         """A simulator at the start of the scene.

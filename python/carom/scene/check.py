@@ -9,20 +9,26 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import PurePosixPath, PureWindowsPath
 
+from carom import _carom
 from carom.scene.fill import FCC_PACKING, fill_count, region
 from carom.scene.model import (
     LARGEST_COUNT,
+    BallShape,
     Body,
+    CompoundShape,
     ConstantRadius,
-    Domain,
+    ConvexShape,
     Fill,
     Import,
     LognormalRadius,
+    MeshShape,
     MixtureRadius,
     NormalRadius,
     PlaneShape,
     SceneFields,
+    Shape,
     UniformRadius,
+    axis_kinds,
 )
 from carom.scene.problems import Findings, Path, nearest
 
@@ -101,12 +107,6 @@ def _check_top(fields: SceneFields, findings: Findings) -> None:
         findings.add((), "there are no bodies: add a [[body]], a [[fill]] or an [[import]]")
 
 
-def axis_kinds(domain: Domain, dimensions: int) -> list[str]:
-    """The kind of each of the three axes; where ``dimensions = 2``, z is open."""
-    kinds = [domain.kind] * dimensions if isinstance(domain.kind, str) else list(domain.kind)
-    return kinds + ["open"] * (3 - len(kinds))
-
-
 def _check_domain(fields: SceneFields, findings: Findings) -> None:
     domain = fields.domain
     if domain is None:
@@ -183,18 +183,82 @@ def _check_body(body: Body, path: Path, flat: bool, findings: Findings) -> None:
     if isinstance(body.shape, PlaneShape):
         _check_plane(body, body.shape, path, flat, findings)
         return
-    if body.position is None:
+    _check_shape(body.shape, (*path, "shape"), flat, findings)
+    if body.position is None and not isinstance(body.shape, MeshShape):
         findings.add((*path, "position"), "is missing")
     for name in ("position", "velocity"):
         _check_vector(getattr(body, name), (*path, name), flat, findings)
     _check_spin(body, path, flat, findings)
+    if isinstance(body.shape, MeshShape):
+        _check_surroundings(body, path, findings)
+        return
     if body.fixed:
         if body.inertia is not None:
             findings.add((*path, "inertia"), "a fixed body has none")
         return
     check_mass(body.mass, body.density, path, findings)
-    if body.inertia is not None and (body.mass is None) != (body.density is None):
-        _check_inertia(body, body.shape.radius, path, flat, findings)
+    if isinstance(body.shape, BallShape):
+        if body.inertia is not None and (body.mass is None) != (body.density is None):
+            _check_inertia(body, body.shape.radius, path, flat, findings)
+    elif body.inertia is not None:
+        _check_moments(three_moments(body.inertia), path, findings)
+
+
+def three_moments(inertia: float | list[float]) -> list[float]:
+    """The moments about the three principal axes, kg m², of one number for all or three."""
+    return inertia if isinstance(inertia, list) else [inertia] * 3
+
+
+def _check_moments(moments: list[float], path: Path, findings: Findings) -> None:
+    try:
+        _carom.check_inertia(moments)
+    except _carom.ShapeError as error:
+        findings.add((*path, "inertia"), str(error))
+
+
+def _check_surroundings(body: Body, path: Path, findings: Findings) -> None:
+    """A mesh of triangles, which need not bound anything, has no mass."""
+    for name in ("mass", "density", "inertia"):
+        if getattr(body, name) is not None:
+            findings.add((*path, name), "a mesh has none: it is always fixed")
+    if not body.fixed:
+        reason = 'must be true: a mesh is surroundings, which bodies hit; a body that moves has the kind "convex"'
+        findings.add((*path, "fixed"), reason if body.fixed is False else f"is missing: it {reason}")
+
+
+def _check_shape(shape: Shape, path: Path, flat: bool, findings: Findings) -> None:
+    """What one field of a shape alone cannot tell."""
+    if flat and not isinstance(shape, BallShape):
+        findings.add((*path, "kind"), 'must be "ball" (a disc) or "plane" (dimensions = 2)')
+    if isinstance(shape, MeshShape):
+        _check_place(shape.mesh, (*path, "mesh"), findings)
+    if isinstance(shape, ConvexShape):
+        _check_convex(shape, path, findings)
+    if isinstance(shape, CompoundShape):
+        for place, part in enumerate(shape.parts):
+            where = (*path, "parts", place)
+            _check_vector(part.position, (*where, "position"), False, findings)
+            _check_unit(part.orientation, (*where, "orientation"), findings)
+            if isinstance(part.shape, ConvexShape):
+                _check_convex(part.shape, (*where, "shape"), findings)
+                if part.shape.parts is not None:
+                    reason = "a part is convex: it cannot have parts; take a convex body of its own, or hull = true"
+                    findings.add((*where, "shape", "parts"), reason)
+
+
+def _check_convex(shape: ConvexShape, path: Path, findings: Findings) -> None:
+    if shape.points is None and shape.mesh is None:
+        findings.add((*path, "points"), "is missing: give points or mesh")
+    if shape.points is not None:
+        if shape.mesh is not None:
+            findings.add((*path, "mesh"), "give points or mesh, not both")
+        for name in ("scale", "hull", "parts"):
+            if getattr(shape, name) is not None and shape.mesh is None:
+                findings.add((*path, name), "is for a mesh; of points the convex hull is taken as it is")
+    if shape.mesh is not None:
+        _check_place(shape.mesh, (*path, "mesh"), findings)
+    if shape.hull and shape.parts is not None:
+        findings.add((*path, "parts"), "give hull or parts, not both")
 
 
 def check_mass(mass: float | None, density: float | None, path: Path, findings: Findings) -> None:
@@ -212,12 +276,21 @@ def _check_spin(body: Body, path: Path, flat: bool, findings: Findings) -> None:
     elif spin is not None and flat and (spin[0] != 0 or spin[1] != 0):
         findings.add((*path, "angular_velocity"), "the x and y components must be 0 (dimensions = 2)")
     turn = body.orientation
-    if turn is not None:
-        length = math.hypot(*turn)
-        if not abs(length - 1) <= UNIT_TOLERANCE:
-            findings.add((*path, "orientation"), f"must be a unit quaternion [w, x, y, z]; its length is {length!r}")
-        elif flat and (turn[1] != 0 or turn[2] != 0):
-            findings.add((*path, "orientation"), "must turn about z alone, [w, 0, 0, z] (dimensions = 2)")
+    if (
+        _check_unit(turn, (*path, "orientation"), findings)
+        and flat
+        and turn is not None
+        and (turn[1], turn[2]) != (0, 0)
+    ):
+        findings.add((*path, "orientation"), "must turn about z alone, [w, 0, 0, z] (dimensions = 2)")
+
+
+def _check_unit(turn: list[float] | None, path: Path, findings: Findings) -> bool:
+    length = 1.0 if turn is None else math.hypot(*turn)
+    if not abs(length - 1) <= UNIT_TOLERANCE:
+        findings.add(path, f"must be a unit quaternion [w, x, y, z]; its length is {length!r}")
+        return False
+    return True
 
 
 def ball_mass(mass: float | None, density: float | None, radius: float, flat: bool) -> float:
@@ -263,11 +336,10 @@ def _check_fill(fill: Fill, path: Path, fields: SceneFields, findings: Findings,
     for name in ("velocity", "center", "size"):
         _check_vector(getattr(fill, name), (*path, name), flat, findings)
     check_mass(fill.mass, fill.density, path, findings)
-    if fill.count is None and fill.packing is None:
-        findings.add((*path, "count"), "is missing: give count or packing")
-    if fill.placement == "fcc" and flat:
-        findings.add((*path, "placement"), 'must be "cubic" (a square lattice) or "random" (dimensions = 2)')
-    _check_radius(fill, path, findings)
+    if fill.shape is not None:
+        _check_fill_of_solids(fill, fill.shape, path, flat, findings)
+    else:
+        _check_fill_of_balls(fill, path, flat, findings)
     if fill.size is not None:
         for axis, length in enumerate(fill.size[: fields.dimensions]):
             if length <= 0:
@@ -276,17 +348,51 @@ def _check_fill(fill: Fill, path: Path, fields: SceneFields, findings: Findings,
         findings.add((*path, "size"), "is missing: there is no [domain] to fill")
     elif fields.domain is not None and "open" in axis_kinds(fields.domain, fields.dimensions)[: fields.dimensions]:
         findings.add((*path, "size"), "is missing: the domain is open, so it cannot be filled as a whole")
-    _check_packing(fill, path, flat, findings)
     if len(findings.problems) > before or domain_by_import or findings.problems_in("domain"):
         return
     _check_region(fill, path, fields, findings)
-    _check_room(fill, path, fields, findings)
-    if fill.packing is not None and not 1 <= fill_count(fill, fields.domain, fields.dimensions) <= LARGEST_COUNT:
-        count = fill_count(fill, fields.domain, fields.dimensions)
-        findings.add(
-            (*path, "packing"),
-            f"comes to {count} balls in this region; must come to 1 at least, {LARGEST_COUNT} at most",
-        )
+    if fill.shape is None:
+        _check_room(fill, path, fields, findings)
+        check_count(fill, path, fill_count(fill, fields.domain, fields.dimensions), findings)
+
+
+def check_count(fill: Fill, path: Path, count: int, findings: Findings) -> None:
+    """What packing or spacing come to must be a number of bodies that can be numbered."""
+    name = "spacing" if fill.spacing is not None else "packing"
+    if fill.count is None and getattr(fill, name) is not None and not 1 <= count <= LARGEST_COUNT:
+        bodies = "balls" if fill.shape is None else "bodies"
+        reason = f"comes to {count} {bodies} in this region; must come to 1 at least, {LARGEST_COUNT} at most"
+        findings.add((*path, name), reason)
+
+
+def _check_fill_of_balls(fill: Fill, path: Path, flat: bool, findings: Findings) -> None:
+    if fill.count is None and fill.packing is None:
+        findings.add((*path, "count"), "is missing: give count or packing")
+    if fill.placement == "fcc" and flat:
+        findings.add((*path, "placement"), 'must be "cubic" (a square lattice) or "random" (dimensions = 2)')
+    if fill.spacing is not None:
+        findings.add((*path, "spacing"), "is for bodies with a shape; balls have count or packing")
+    # With a shape that could not be read, nobody knows whether a radius is missing.
+    if fill.radius is None and not findings.problems_under((*path, "shape")):
+        findings.add((*path, "radius"), "is missing: give radius, for balls, or shape")
+    _check_radius(fill, path, findings)
+    _check_packing(fill, path, flat, findings)
+
+
+def _check_fill_of_solids(fill: Fill, shape: Shape, path: Path, flat: bool, findings: Findings) -> None:
+    _check_shape(shape, (*path, "shape"), flat, findings)
+    if fill.radius is not None:
+        findings.add((*path, "radius"), "give radius, for balls, or shape, not both")
+    if fill.placement == "random":
+        reason = 'must be "cubic" or "fcc" with a shape: random places are found for balls only'
+        given = "placement" in fill.model_fields_set
+        findings.add((*path, "placement"), reason if given else f"is missing: it {reason}")
+    if fill.count is None and fill.packing is None and fill.spacing is None:
+        findings.add((*path, "count"), "is missing: give count, packing or spacing")
+    if fill.packing is not None and fill.count is not None:
+        findings.add((*path, "packing"), "give count or packing, not both: bodies with a shape are not scaled")
+    elif fill.packing is not None and fill.spacing is not None:
+        findings.add((*path, "packing"), "give packing or spacing, not both")
 
 
 def _check_packing(fill: Fill, path: Path, flat: bool, findings: Findings) -> None:
@@ -347,7 +453,7 @@ def _check_room(fill: Fill, path: Path, fields: SceneFields, findings: Findings)
         case NormalRadius(mean=radius) | LognormalRadius(mean=radius):
             pass
         case radius:
-            pass
+            assert radius is not None
     side = min(region(fill, fields.domain, fields.dimensions)[1][: fields.dimensions])
     if 2 * radius > side:
         findings.add((*path, "radius"), f"is too large for the region, whose shortest side is {side!r} m")
@@ -374,14 +480,15 @@ def _check_import(item: Import, path: Path, fields: SceneFields, findings: Findi
         for column in same:
             if getattr(item, name) is not None and column in given and not (column == "mass" and "momentum" in given):
                 findings.add((*path, "columns", column), f"{name} is given for all: take out one of them")
-    if (
-        PureWindowsPath(item.file).is_absolute()
-        or PurePosixPath(item.file).is_absolute()
-        or PureWindowsPath(item.file).drive
-    ):
-        findings.add((*path, "file"), "must be relative to the folder of the scene")
-    elif leaves_folder(item.file):
-        findings.add((*path, "file"), "must be inside the folder of the scene")
+    _check_place(item.file, (*path, "file"), findings)
+
+
+def _check_place(file: str, path: Path, findings: Findings) -> None:
+    """Files are in the scene's folder or below, so that a scene can be given away with all that it needs."""
+    if PureWindowsPath(file).is_absolute() or PurePosixPath(file).is_absolute() or PureWindowsPath(file).drive:
+        findings.add(path, "must be relative to the folder of the scene")
+    elif leaves_folder(file):
+        findings.add(path, "must be inside the folder of the scene")
 
 
 def leaves_folder(name: str) -> bool:

@@ -1,9 +1,10 @@
-"""How many balls a fill has, from its packing fraction: by the mean volume of its distribution of radii."""
+"""How many bodies a fill has: from its packing fraction, by their mean volume, or from its spacing."""
 
 from __future__ import annotations
 
 import math
 
+from carom import _carom
 from carom.scene.model import (
     ConstantRadius,
     Domain,
@@ -13,6 +14,7 @@ from carom.scene.model import (
     NormalRadius,
     Radius,
     UniformRadius,
+    axis_kinds,
 )
 
 FCC_PACKING = math.pi / math.sqrt(18)
@@ -53,12 +55,29 @@ def _three(vector: list[float], dimensions: int) -> list[float]:
     return kept + [0.0] * (3 - len(kept))
 
 
-def fill_count(fill: Fill, domain: Domain | None, dimensions: int) -> int:
-    """The number of balls: as given, or the whole number nearest to packing × region / mean ball."""
+def fill_count(fill: Fill, domain: Domain | None, dimensions: int, geometry: _carom.Geometry | None = None) -> int:
+    """The number of bodies: as given, or what packing or spacing come to; ``geometry`` is that of ``fill.shape``.
+
+    By packing it is the whole number nearest to packing × region / mean volume; by spacing, all sites of the lattice.
+    """
     if fill.count is not None:
         return fill.count
     _, size = region(fill, domain, dimensions)
+    if fill.spacing is not None and geometry is not None:
+        return _carom.lattice_sites(fill.placement, size, _wraps(fill, domain), geometry, fill.spacing)
     space = math.prod(size[:dimensions])
-    ball = mean_power(fill.radius, dimensions) * (math.pi if dimensions == 2 else 4 / 3 * math.pi)
-    count = (fill.packing or 0) * space / ball if ball > 0 else math.inf
+    body = _mean_volume(fill, dimensions) if geometry is None else geometry.volume
+    count = (fill.packing or 0) * space / body if body > 0 else math.inf
     return round(count) if math.isfinite(count) else 2**63
+
+
+def _mean_volume(fill: Fill, dimensions: int) -> float:
+    assert fill.radius is not None
+    return mean_power(fill.radius, dimensions) * (math.pi if dimensions == 2 else 4 / 3 * math.pi)
+
+
+def _wraps(fill: Fill, domain: Domain | None) -> list[bool]:
+    """The axes along which the region of a fill closes on itself: if it is the whole of a periodic domain."""
+    if domain is None or fill.size is not None or fill.center is not None:
+        return [False] * 3
+    return [kind == "periodic" for kind in axis_kinds(domain, 3)]

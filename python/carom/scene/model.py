@@ -15,8 +15,7 @@ from pydantic_core import CoreSchema, core_schema
 AXIS_KINDS: Final = ("open", "walls", "periodic")
 LARGEST_ID: Final = 2**31 - 1
 LARGEST_COUNT: Final = 2**30 - 1
-"""So many balls at most: what the simulator can number."""
-LATER_SHAPES: Final = ("box", "capsule", "convex")
+"""So many bodies at most: what the simulator can number."""
 
 
 def quoted(names: tuple[str, ...] | list[str], last: str = "or") -> str:
@@ -75,6 +74,19 @@ class _Choice:
         return _reasoned(core_schema.literal_schema(list(self.words)), self.reason)
 
 
+class _PointList:
+    """A list of points: first that it is one at all, then each point for itself."""
+
+    def __get_pydantic_core_schema__(self, _source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        form = core_schema.list_schema(core_schema.any_schema(), strict=True)
+        points = core_schema.list_schema(handler.generate_schema(_Point), strict=True)
+        return core_schema.chain_schema([_reasoned(form, "must be a list of points, [[x, y, z], ...]"), points])
+
+    def __get_pydantic_json_schema__(self, _schema: CoreSchema, _handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        point = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
+        return {"type": "array", "items": point}
+
+
 class _OnlyValue:
     """A number that has one possible value so far."""
 
@@ -119,6 +131,15 @@ PositiveList = Annotated[
     _Reason("must be a list of positive, finite numbers"),
 ]
 NumberList = Annotated[list[_Finite], Field(strict=True), _Reason("must be a list of finite numbers")]
+_Point = Annotated[
+    list[_Finite], Field(min_length=3, max_length=3, strict=True), _Reason("must be three finite numbers, [x, y, z]")
+]
+Points = Annotated[list[list[float]], _PointList()]
+Lengths = Annotated[
+    list[_PositiveFinite],
+    Field(min_length=3, max_length=3, strict=True),
+    _Reason("must be three positive, finite lengths, along x, y and z"),
+]
 Inertia = Annotated[
     _PositiveFinite | Annotated[list[_PositiveFinite], Field(min_length=3, max_length=3, strict=True)],
     _Reason("must be positive and finite: one number, or three about the principal axes"),
@@ -161,9 +182,114 @@ class PlaneShape(Part):
     offset: Number = Field(default=0.0, description="Distance from the origin along the normal, m")
 
 
+class BoxShape(Part):
+    """A box, its middle at the origin of its frame, its edges along the axes."""
+
+    kind: Literal["box"]
+    size: Lengths = Field(description="Edge lengths along x, y, z, m")
+
+
+class CapsuleShape(Part):
+    """The points within a distance of a line along z whose middle is the origin: a cylinder with half balls as ends."""
+
+    kind: Literal["capsule"]
+    radius: Positive = Field(description="m")
+    length: Positive = Field(description="Of the straight part, between the centres of the two ends, m")
+
+
+class CylinderShape(Part):
+    """A cylinder along z, its middle at the origin."""
+
+    kind: Literal["cylinder"]
+    radius: Positive = Field(description="m")
+    length: Positive = Field(description="m")
+
+
+class EllipsoidShape(Part):
+    """An ellipsoid, its middle at the origin."""
+
+    kind: Literal["ellipsoid"]
+    semi_axes: Lengths = Field(description="Along x, y, z, m")
+
+
+class PlatonicShape(Part):
+    """A regular polyhedron, its middle at the origin."""
+
+    kind: Literal["tetrahedron", "cube", "octahedron", "dodecahedron", "icosahedron"]
+    edge: Positive = Field(description="Length of an edge, m")
+
+
+class ConvexShape(Part):
+    """A convex polyhedron, of points or of a mesh file; a mesh that is not convex gives its hull or convex parts."""
+
+    kind: Literal["convex"]
+    points: Points | None = Field(default=None, description="The body is their convex hull, m; or mesh")
+    mesh: Name | None = Field(default=None, description="STL, OBJ, PLY or GLB file, in the scene's folder or below")
+    scale: Positive | None = Field(default=None, description="The mesh's numbers times this are m; default 1")
+    hull: Switch | None = Field(default=None, description="Take the convex hull of a mesh that is not convex")
+    parts: Annotated[str, _Choice(("auto",))] | None = Field(
+        default=None, description="Split a mesh that is not convex into convex parts (approximately, by CoACD)"
+    )
+
+
+class MeshShape(Part):
+    """Surroundings of triangles, open or closed, from a mesh file; always fixed."""
+
+    kind: Literal["mesh"]
+    mesh: Name = Field(description="STL, OBJ, PLY or GLB file, in the scene's folder or below")
+    scale: Positive | None = Field(default=None, description="The mesh's numbers times this are m; default 1")
+
+
+_Solid = BoxShape | CapsuleShape | CylinderShape | EllipsoidShape | ConvexShape | PlatonicShape
+PartShape = Annotated[BallShape | _Solid, Field(discriminator="kind")]
+
+
+class ShapePart(Part):
+    """One convex part of a compound."""
+
+    shape: PartShape
+    position: Vector | None = Field(
+        default=None, description="Of the origin of the part's frame, m; default the origin"
+    )
+    orientation: Quaternion | None = Field(
+        default=None, description="Unit quaternion [w, x, y, z], the part's frame to the compound's"
+    )
+
+
+class CompoundShape(Part):
+    """Several convex parts that move as one body."""
+
+    kind: Literal["compound"]
+    parts: Annotated[list[ShapePart], Field(min_length=1)] = Field(description="Where parts overlap, mass counts twice")
+
+
 # The discriminator of pydantic's own costs a scene of 100,000 bodies less than one in Python.
-Shape = Annotated[BallShape | PlaneShape, Field(discriminator="kind")]
-SHAPE_REASON: Final = f'must be "ball" or "plane"; {quoted(LATER_SHAPES, "and")} will come later'
+Shape = Annotated[BallShape | PlaneShape | _Solid | CompoundShape | MeshShape, Field(discriminator="kind")]
+FillShape = Annotated[_Solid | CompoundShape, Field(discriminator="kind")]
+SolidShape = _Solid | CompoundShape
+"""The shapes of bodies that turn."""
+
+PLATONIC: Final = ("tetrahedron", "cube", "octahedron", "dodecahedron", "icosahedron")
+SHAPES: Final[dict[str, type[Part]]] = {
+    "ball": BallShape,
+    "box": BoxShape,
+    "capsule": CapsuleShape,
+    "cylinder": CylinderShape,
+    "ellipsoid": EllipsoidShape,
+    "convex": ConvexShape,
+    **dict.fromkeys(PLATONIC, PlatonicShape),
+    "compound": CompoundShape,
+    "plane": PlaneShape,
+    "mesh": MeshShape,
+}
+"""All kinds of shapes."""
+
+SHAPE_KINDS: Final[dict[str, tuple[str, ...]]] = {
+    "body": tuple(SHAPES),
+    "fill": tuple(kind for kind in SHAPES if kind not in ("ball", "plane", "mesh")),
+    "part": tuple(kind for kind in SHAPES if kind not in ("compound", "plane", "mesh")),
+}
+"""Which of them a body, the bodies of a fill, and a part of a compound can have."""
 
 
 class ConstantRadius(Part):
@@ -255,6 +381,12 @@ class Domain(Part):
     material: Name | None = Field(default=None, description="Material of the walls")
 
 
+def axis_kinds(domain: Domain, dimensions: int) -> list[str]:
+    """The kind of each of the three axes; where ``dimensions = 2``, z is open."""
+    kinds = [domain.kind] * dimensions if isinstance(domain.kind, str) else list(domain.kind)
+    return kinds + ["open"] * (3 - len(kinds))
+
+
 class Material(Part):
     """A material that bodies can be made of."""
 
@@ -278,9 +410,13 @@ class Body(Part):
     shape: Shape
     mass: Positive | None = Field(default=None, description="kg; or density")
     density: Positive | None = Field(default=None, description="kg/m³, kg/m² where dimensions = 2; or mass")
-    inertia: Inertia | None = Field(default=None, description="kg m², if that of a solid ball is not meant")
-    position: Vector | None = Field(default=None, description="Centre of mass, m")
-    orientation: Quaternion | None = Field(default=None, description="Unit quaternion [w, x, y, z], body to world")
+    inertia: Inertia | None = Field(
+        default=None, description="About the principal axes, kg m², if that of a homogeneous body is not meant"
+    )
+    position: Vector | None = Field(default=None, description="Centre of mass, m; of a mesh, its own origin")
+    orientation: Quaternion | None = Field(
+        default=None, description="Unit quaternion [w, x, y, z], the frame in which the shape is given to world"
+    )
     velocity: Vector | None = Field(default=None, description="m/s")
     angular_velocity: Vector | None = Field(default=None, description="rad/s, in world axes")
     material: Name | None = None
@@ -288,18 +424,24 @@ class Body(Part):
 
 
 class Fill(Part):
-    """Many balls at once."""
+    """Many bodies at once: balls, or alike bodies of another shape, each turned at random."""
 
     placement: Annotated[str, _Choice(("cubic", "fcc", "random"))] = "random"
-    count: Count | None = Field(default=None, description="Number of balls")
+    count: Count | None = Field(default=None, description="Number of bodies")
     packing: Packing | None = Field(
         default=None,
-        description="Fraction of the region that the balls take up; with count, all radii are scaled to it",
+        description="Fraction of the region that the bodies take up; with count, all radii are scaled to it",
     )
-    radius: Radius = Field(description="m, or a distribution")
+    spacing: Positive | None = Field(
+        default=None, description="Of bodies with a shape: distance of neighbouring sites of the lattice, m"
+    )
+    radius: Radius | None = Field(default=None, description="Of balls, m, or a distribution; or shape")
+    shape: FillShape | None = Field(default=None, description="Of bodies other than balls; or radius")
     mass: Positive | None = Field(default=None, description="Of each, kg; or density")
     density: Positive | None = Field(default=None, description="kg/m³, kg/m² where dimensions = 2; or mass")
-    temperature: NotNegative = Field(default=0.0, description="kT in J: the kinetic energy is d/2 (N - 1) kT")
+    temperature: NotNegative = Field(
+        default=0.0, description="kT in J: the kinetic energy is d/2 (N - 1) kT, that of rotation 3/2 N kT"
+    )
     velocity: Vector | None = Field(default=None, description="Drift, added to all, m/s")
     center: Vector | None = Field(default=None, description="Middle of the region, m; default the origin")
     size: Vector | None = Field(default=None, description="Region, m; default the domain")
@@ -374,9 +516,11 @@ TABLES: Final[dict[tuple[str, ...], type[Part]]] = {
     ("material",): Material,
     ("pair",): Pair,
     ("body",): Body,
-    ("body", "shape", "ball"): BallShape,
-    ("body", "shape", "plane"): PlaneShape,
+    **{("body", "shape", kind): SHAPES[kind] for kind in SHAPE_KINDS["body"]},
+    ("part",): ShapePart,
+    **{("part", "shape", kind): SHAPES[kind] for kind in SHAPE_KINDS["part"]},
     ("fill",): Fill,
+    **{("fill", "shape", kind): SHAPES[kind] for kind in SHAPE_KINDS["fill"]},
     ("fill", "radius", "constant"): ConstantRadius,
     ("fill", "radius", "uniform"): UniformRadius,
     ("fill", "radius", "normal"): NormalRadius,
@@ -385,7 +529,7 @@ TABLES: Final[dict[tuple[str, ...], type[Part]]] = {
     ("import",): Import,
     ("import", "columns"): Columns,
 }
-"""Which model is at which place; places in lists are left out."""
+"""Which model is at which place; places in lists are left out. The parts of a compound are "part", wherever it is."""
 
 
 def field_names(model: type[Part]) -> list[str]:

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from carom.errors import ABSENT, Problem
-from carom.scene.model import LISTS, SHAPE_REASON, TABLES, field_names
+from carom.scene.model import LISTS, SHAPE_KINDS, TABLES, field_names, quoted
 
 Path = tuple[str | int, ...]
 """The way to a value: ``("body", 3, "shape", "radius")``."""
@@ -85,11 +85,16 @@ class Findings:
             case "reason":
                 self.add(path, message)
             case "kind" | "union_tag_invalid" | "union_tag_not_found":
-                self._add_kind(path, message if kind == "kind" else SHAPE_REASON)
+                self._add_kind(path, message if kind == "kind" else self._shape_reason(path, table[0]))
+            case "too_short" if path[-1:] == ("parts",):
+                self.add(path, "must be at least one part")
+            case "list_type" if path[-1:] == ("parts",):
+                self.add(path, "must be a list of parts, [{ shape = {...}, position = [x, y, z] }, ...]")
             case "list_type" if path[-1] in LISTS:
                 self.add(path, f"must be a list of tables: [[{path[-1]}]] with two brackets")
             case _ if path[-1:] == ("shape",):
-                self.add(path, 'must be a table, for example { kind = "ball", radius = 0.5 }')
+                example = 'kind = "cube", edge = 1.0' if table[:1] == ("fill",) else 'kind = "ball", radius = 0.5'
+                self.add(path, f"must be a table, for example {{ {example} }}")
             case _:
                 self.add(path, "must be a table of fields")
 
@@ -97,6 +102,18 @@ class Findings:
         path = (*path, "kind")
         missing = value_at(self.data, path) is ABSENT
         self.add(path, f"is missing: {reason}" if missing else reason)
+
+    def _shape_reason(self, path: Path, owner: str) -> str:
+        """What is wrong with the kind of a shape; ``owner``: "body", "fill" or "part"."""
+        kinds = SHAPE_KINDS[owner]
+        given = value_at(self.data, (*path, "kind"))
+        reason = f"must be {quoted(kinds)}"
+        if owner == "fill" and given == "ball":
+            return "a fill of balls has no shape but a radius, for example radius = 0.5"
+        if owner == "part" and given == "compound":
+            return "a part of a compound is convex: list the parts of this one instead"
+        guess = nearest(given, kinds) if isinstance(given, str) else None
+        return reason if guess is None else f'{reason}; the nearest is "{guess}"'
 
     def problems_under(self, path: Path) -> bool:
         """Whether anything is wrong at ``path`` or below."""
@@ -125,7 +142,9 @@ def _table_and_path(location: Path) -> tuple[tuple[str, ...], Path]:
         last = place == len(location) - 1
         if isinstance(step, str) and not last:
             table.append(step)
-        tag_next = (table[:1], step) in ((["body"], "shape"), (["fill"], "radius"))
+        tag_next = step == "shape" or (table[:1], step) == (["fill"], "radius")
+    if "parts" in table:
+        table = ["part", *table[table.index("parts") + 1 :]]
     return tuple(table), tuple(path)
 
 
@@ -134,7 +153,9 @@ def _unknown(name: str, table: tuple[str, ...]) -> str:
     known = field_names(TABLES[table])
     guess = nearest(name, known)
     owners = [place for place, model in TABLES.items() if place != table and name in field_names(model)]
+    # What is not a part's own is probably the body's that the part is of.
     nearby = [place for place in owners if place[:1] == table[:1]]
+    nearby = nearby or [place for place in owners if table[:1] == ("part",) and place == ("body",)]
     if nearby or (owners and (guess is None or _likeness(name, guess) < LIKE)):
         places = dict.fromkeys(_where(owner, table) for owner in nearby or owners)
         return f"unknown field here; it belongs {' or '.join(places)}"
@@ -155,10 +176,14 @@ def _where(table: tuple[str, ...], seen_from: tuple[str, ...]) -> str:
     match table:
         case ():
             return "at the top of the file"
+        case ("part",):
+            return "in a part"
         case (section,):
             return f"in [[{section}]]" if section in LISTS else f"in [{section}]"
         case (_, _, kind) if seen_from[:2] == table[:2]:
             return f'to the kind "{kind}"'
+        case ("part", inner, *_):
+            return f"in {inner} of a part"
         case _:
             # The tables inside tables are shapes, radii and columns, all of them in lists.
             return f"in {''.join(table[1:2])} of [[{''.join(table[:1])}]]"

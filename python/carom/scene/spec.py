@@ -9,13 +9,26 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from carom import _carom
 from carom.errors import ABSENT
 from carom.imports import Imported
-from carom.scene.check import axis_kinds, ball_mass
+from carom.scene.check import ball_mass, three_moments
 from carom.scene.fill import fill_count
-from carom.scene.model import LARGEST_COUNT, BallShape, Body, Domain, Fill, PlaneShape, SceneFields
+from carom.scene.model import (
+    LARGEST_COUNT,
+    BallShape,
+    Body,
+    Domain,
+    Fill,
+    MeshShape,
+    PlaneShape,
+    SceneFields,
+    SolidShape,
+    axis_kinds,
+)
 from carom.scene.problems import Findings
 from carom.scene.problems import Path as FieldPath
+from carom.scene.shapes import IDENTITY, Shapes
 
 Floats = NDArray[np.float64]
 
@@ -29,7 +42,7 @@ class Roster:
     A body that has no ``id`` has its place in that order, which within each is that of the file.
     """
 
-    def __init__(self, fields: SceneFields, imported: Sequence[Imported]) -> None:
+    def __init__(self, fields: SceneFields, imported: Sequence[Imported], shapes: Shapes) -> None:
         self._fields, self._imported = fields, imported
         self.imported_domain = _domain_of_import(imported)
         domain = fields.domain or self.imported_domain
@@ -37,7 +50,8 @@ class Roster:
         self.fill_ids, self.import_ids = list[range](), list[NDArray[np.int64]]()
         count = len(fields.bodies)
         for fill in fields.fills:
-            size = fill_count(fill, domain, fields.dimensions)
+            geometry = None if fill.shape is None else shapes.geometry(fill.shape)
+            size = fill_count(fill, domain, fields.dimensions, geometry)
             self.fill_ids.append(range(count, count + size))
             count += size
         for balls in imported:
@@ -45,6 +59,12 @@ class Roster:
             self.import_ids.append(np.arange(count, count + size) if balls.id is None else balls.id)
             count += size
         self.count = count
+
+    @property
+    def _fill_places(self) -> list[int]:
+        """Where in the file each fill is, in the order in which the simulator counts them: those of balls first."""
+        places = range(len(self._fields.fills))
+        return sorted(places, key=lambda place: self._fields.fills[place].shape is not None)
 
     def check(self, findings: Findings) -> None:
         """Note ids that two bodies have (those of [[body]] among themselves are checked before)."""
@@ -80,10 +100,11 @@ class Roster:
         number, name = problem.get("id"), str(problem.get("field") or "")
         reason = self._named(str(problem["reason"]), problem.get("other"))
         match problem.get("what"):
-            case "ball" | "plane" if number is not None and number >= 0:
+            case "ball" | "plane" | "solid" | "mesh" if number is not None and number >= 0:
                 self._blame_body(number, name, reason + self._shrinkable(problem.get("depth")), findings)
             case "fill" if number is not None:
-                findings.add(("fill", number, name) if name else ("fill", number), reason)
+                place = self._fill_places[number]
+                findings.add(("fill", place, name) if name else ("fill", place), reason)
             case "domain":
                 findings.add(("domain", name) if name else ("domain",), reason)
             case _:
@@ -96,7 +117,7 @@ class Roster:
         if other < 0:
             return reason.replace(f"wall {other}", f"the wall at {WALLS[-other - 1]} (wall {other})")
         name = self._fields.bodies[self.body_ids.index(other)].name if other in self.body_ids else None
-        for kind in ("ball", "plane") if name is not None else ():
+        for kind in ("ball", "plane", "solid", "mesh") if name is not None else ():
             reason = reason.replace(f"{kind} {other}", f'{kind} {other} "{name}"')
         return reason
 
@@ -107,7 +128,8 @@ class Roster:
             return
         for place, ids in enumerate(self.fill_ids):
             if number in ids:
-                findings.add(("fill", place), f"its ball {number} {reason}", ABSENT, again=True)
+                kind = "ball" if self._fields.fills[place].shape is None else "body"
+                findings.add(("fill", place), f"its {kind} {number} {reason}", ABSENT, again=True)
                 return
         for place, (ids, balls) in enumerate(zip(self.import_ids, self._imported, strict=True)):
             rows = np.flatnonzero(ids == number)
@@ -141,20 +163,14 @@ def _domain_of_import(imported: Sequence[Imported]) -> Domain | None:
     return None
 
 
-def build_spec(fields: SceneFields, imported: Sequence[Imported], roster: Roster) -> dict[str, Any]:
+def build_spec(fields: SceneFields, imported: Sequence[Imported], shapes: Shapes, roster: Roster) -> dict[str, Any]:
     """The scene as the simulator takes it; every vector has three components."""
     domain = fields.domain or roster.imported_domain
     materials = _Materials()
-    balls = [
-        (number, body)
-        for number, body in zip(roster.body_ids, fields.bodies, strict=True)
-        if isinstance(body.shape, BallShape)
-    ]
-    planes = [
-        (number, body)
-        for number, body in zip(roster.body_ids, fields.bodies, strict=True)
-        if isinstance(body.shape, PlaneShape)
-    ]
+    numbered = list(zip(roster.body_ids, fields.bodies, strict=True))
+    balls = [(number, body) for number, body in numbered if isinstance(body.shape, BallShape)]
+    solids = [(number, body) for number, body in numbered if isinstance(body.shape, SolidShape)]
+    fills = list(zip(fields.fills, roster.fill_ids, strict=True))
     tables = [_ball_table([n for n, _ in balls], [b for _, b in balls], fields.dimensions == 2, materials)]
     for item, ids, table in zip(fields.imports, roster.import_ids, imported, strict=True):
         tables.append(_import_table(ids, table, materials.index(item.material), fields.dimensions == 2))
@@ -168,10 +184,14 @@ def build_spec(fields: SceneFields, imported: Sequence[Imported], roster: Roster
         "restitution": fields.restitution,
         "domain": _domain(domain, fields.dimensions, materials),
         "balls": {name: np.concatenate([table[name] for table in tables]) for name in tables[0]},
-        "planes": [_plane(number, body, materials) for number, body in planes],
-        "fills": [
-            _fill(fill, ids, materials, fields.dimensions)
-            for fill, ids in zip(fields.fills, roster.fill_ids, strict=True)
+        # What bodies are like is listed once; solids and their fills say which of these they have.
+        "geometries": shapes.geometries,
+        "solids": _solid_table([n for n, _ in solids], [b for _, b in solids], shapes, materials),
+        "meshes": [_mesh(n, b, b.shape, shapes, materials) for n, b in numbered if isinstance(b.shape, MeshShape)],
+        "planes": [_plane(n, b, b.shape, materials) for n, b in numbered if isinstance(b.shape, PlaneShape)],
+        "fills": [_fill(fill, ids, materials, fields.dimensions) for fill, ids in fills if fill.shape is None],
+        "solid_fills": [
+            _solid_fill(fill, ids, shapes.place(fill.shape), materials) for fill, ids in fills if fill.shape is not None
         ],
         "shrink_overlaps": max(depths, default=None),
         "record_impacts": fields.output.impacts,
@@ -208,7 +228,6 @@ def _ball_table(ids: list[int], bodies: list[Body], flat: bool, materials: _Mate
         for body, r in zip(bodies, radius, strict=True)
     ]
     inertia = [_inertia(body.inertia, m, r, flat) for body, m, r in zip(bodies, mass, radius, strict=True)]
-    identity = [1.0, 0.0, 0.0, 0.0]
     return {
         "id": np.array(ids, dtype=np.int64),
         "position": _matrix([body.position for body in bodies]),
@@ -218,7 +237,7 @@ def _ball_table(ids: list[int], bodies: list[Body], flat: bool, materials: _Mate
         "inertia": np.array(inertia, dtype=float),
         "material": np.array([materials.index(body.material) for body in bodies], dtype=np.int64),
         "fixed": np.array(fixed, dtype=bool),
-        "orientation": np.array([body.orientation or identity for body in bodies], dtype=float).reshape(count, 4),
+        "orientation": np.array([body.orientation or IDENTITY for body in bodies], dtype=float).reshape(count, 4),
         "angular_velocity": _matrix([body.angular_velocity for body in bodies]),
     }
 
@@ -244,14 +263,51 @@ def _import_table(ids: NDArray[np.int64], balls: Imported, material: int, flat: 
         "inertia": (0.5 if flat else 0.4) * balls.mass * balls.radius * balls.radius,
         "material": np.full(count, material, dtype=np.int64),
         "fixed": np.zeros(count, dtype=bool),
-        "orientation": np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
+        "orientation": np.tile(IDENTITY, (count, 1)),
         "angular_velocity": np.zeros((count, 3)),
     }
 
 
-def _plane(number: int, body: Body, materials: _Materials) -> dict[str, Any]:
-    shape = body.shape
-    assert isinstance(shape, PlaneShape)
+def _solid_table(ids: list[int], bodies: list[Body], shapes: Shapes, materials: _Materials) -> dict[str, NDArray[Any]]:
+    count = len(bodies)
+    places = [shapes.place(body.shape) for body in bodies]
+    mass = [_solid_mass(body, shapes.geometries[place]) for body, place in zip(bodies, places, strict=True)]
+    # Not a number where the inertia is the shape's own.
+    own = [math.nan] * 3
+    inertia = [own if body.inertia is None else three_moments(body.inertia) for body in bodies]
+    return {
+        "id": np.array(ids, dtype=np.int64),
+        "geometry": np.array(places, dtype=np.int64),
+        "position": _matrix([body.position for body in bodies]),
+        "orientation": np.array([body.orientation or IDENTITY for body in bodies], dtype=float).reshape(count, 4),
+        "velocity": _matrix([body.velocity for body in bodies]),
+        "angular_velocity": _matrix([body.angular_velocity for body in bodies]),
+        "mass": np.array(mass, dtype=float),
+        "inertia": _matrix(inertia),
+        "material": np.array([materials.index(body.material) for body in bodies], dtype=np.int64),
+        "fixed": np.array([bool(body.fixed) for body in bodies], dtype=bool),
+    }
+
+
+def _solid_mass(body: Body, geometry: _carom.Geometry) -> float:
+    if body.fixed:
+        return math.inf
+    return body.mass if body.mass is not None else (body.density or math.nan) * geometry.volume
+
+
+def _mesh(number: int, body: Body, shape: MeshShape, shapes: Shapes, materials: _Materials) -> dict[str, Any]:
+    return {
+        "id": number,
+        "mesh": shapes.mesh(shape),
+        "position": _three(body.position),
+        "orientation": body.orientation or IDENTITY,
+        "velocity": _three(body.velocity),
+        "angular_velocity": _three(body.angular_velocity),
+        "material": materials.index(body.material),
+    }
+
+
+def _plane(number: int, body: Body, shape: PlaneShape, materials: _Materials) -> dict[str, Any]:
     normal = _three(shape.normal)
     length = math.hypot(*normal)
     return {
@@ -276,14 +332,25 @@ def _domain(domain: Domain | None, dimensions: int, materials: _Materials) -> di
 
 def _fill(fill: Fill, ids: range, materials: _Materials, dimensions: int) -> dict[str, Any]:
     radius = fill.radius
+    assert radius is not None
     distribution = {"kind": "constant", "value": radius} if isinstance(radius, float | int) else radius.model_dump()
+    return {
+        # Only with a count is it the simulator's: it scales the radii. Alone, it is what the count was made of.
+        "packing": fill.packing if fill.count is not None else None,
+        "radius": distribution,
+        **_any_fill(fill, ids, materials, dimensions),
+    }
+
+
+def _solid_fill(fill: Fill, ids: range, geometry: int, materials: _Materials) -> dict[str, Any]:
+    return {"geometry": geometry, "spacing": fill.spacing, **_any_fill(fill, ids, materials, 3)}
+
+
+def _any_fill(fill: Fill, ids: range, materials: _Materials, dimensions: int) -> dict[str, Any]:
     return {
         "first_id": ids.start,
         "placement": fill.placement,
         "count": len(ids),
-        # Only with a count is it the simulator's: it scales the radii. Alone, it is what the count was made of.
-        "packing": fill.packing if fill.count is not None else None,
-        "radius": distribution,
         "density": fill.density,
         "mass": fill.mass,
         "temperature": fill.temperature,

@@ -1,10 +1,14 @@
 //! A scene becomes a world only if every number means something and no two bodies share a place.
 
+mod solids;
+
 use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::{Balls, BuildReport, Scene};
+pub(super) use solids::unsupported_meshes;
+
+use super::{Balls, BuildReport, Scene, SolidBody};
 use crate::error::{CheckError, Problem};
 use crate::predict::solids::{gap_above_plane, gap_of_bodies};
 use crate::time::Time;
@@ -128,6 +132,7 @@ pub(super) fn values(scene: &Scene) -> Result<(), CheckError> {
             ball("material", balls.materials[row].to_string(), "there is no such material");
         }
     }
+    solids::values(scene, &mut |what, id, field, value, reason| wrong(what, Some(id), field, value, reason));
     for plane in &scene.planes {
         let id = Some(plane.id);
         let mut plane_wrong = |field, value: String, reason: &str| wrong("plane", id, field, value, reason);
@@ -156,11 +161,13 @@ pub(super) fn values(scene: &Scene) -> Result<(), CheckError> {
 }
 
 /// Checks that every id is given once.
-pub(super) fn identities(scene: &Scene, balls: &Balls) -> Result<(), CheckError> {
+pub(super) fn identities(scene: &Scene, balls: &Balls, solids: &[SolidBody]) -> Result<(), CheckError> {
     let mut problems = Vec::new();
     let mut seen: HashMap<i64, ()> = HashMap::with_capacity(balls.len());
     let ids = balls.ids.iter().map(|id| ("ball", *id)).chain(scene.planes.iter().map(|plane| ("plane", plane.id)));
-    for (what, id) in ids {
+    let solid_ids = solids.iter().map(|solid| ("solid", solid.id));
+    let mesh_ids = scene.meshes.iter().map(|mesh| ("mesh", mesh.id));
+    for (what, id) in ids.chain(solid_ids).chain(mesh_ids) {
         if !(0..1 << 31).contains(&id) {
             problems.push(Problem::new(what, Some(id), "id", id, "must be from 0 to 2147483647"));
         } else if seen.insert(id, ()).is_some() {

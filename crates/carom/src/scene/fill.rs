@@ -1,7 +1,14 @@
-//! Many balls at once: on lattices, or at random by insertion and, where it is too dense for that, by growing them with the
-//! simulator itself (Lubachevsky–Stillinger).
+//! Many bodies at once. Balls: on lattices, or at random by insertion and, where it is too dense for that, by growing them
+//! with the simulator itself (Lubachevsky–Stillinger). Bodies that turn: on lattices.
+
+mod lattice;
+mod solids;
 
 use glam::DVec3;
+
+pub use solids::SolidFill;
+
+use lattice::Lattice;
 
 use super::{Ball, Balls, Scene};
 use crate::error::{CheckError, Problem};
@@ -109,6 +116,32 @@ struct Region {
 }
 
 impl Region {
+    /// The box that a fill asks for, or the domain.
+    fn new(row: usize, scene: &Scene, center: Option<DVec3>, size: Option<DVec3>) -> Result<Self, CheckError> {
+        let wrong = |field, value: String, reason| Err(Fill::wrong(row, field, value, reason));
+        let mut wraps = [false; 3];
+        let mut lengths = DVec3::ZERO;
+        for axis in 0..if scene.dimensions == 2 { 2 } else { 3 } {
+            let bounded = scene.domain.boundary[axis] != Boundary::Open;
+            match size {
+                Some(given) => lengths[axis] = given[axis],
+                None if bounded => {
+                    lengths[axis] = scene.domain.size[axis];
+                    wraps[axis] = scene.domain.boundary[axis] == Boundary::Periodic && center.is_none();
+                }
+                None => return wrong("size", "not given".to_string(), "is needed, because the domain is open"),
+            }
+            if !(lengths[axis].is_finite() && lengths[axis] > 0.0) {
+                return wrong("size", lengths.to_string(), "must be positive and finite");
+            }
+        }
+        let center = center.unwrap_or(DVec3::ZERO);
+        if !center.is_finite() || (scene.dimensions == 2 && center.z != 0.0) {
+            return wrong("center", center.to_string(), "must be finite, with z = 0 in two dimensions");
+        }
+        Ok(Self { center, size: lengths, wraps, dimensions: scene.dimensions })
+    }
+
     fn volume(&self) -> f64 {
         if self.dimensions == 2 { self.size.x * self.size.y } else { self.size.element_product() }
     }
@@ -219,7 +252,7 @@ impl Fill {
             let field = if by_mass { "mass" } else { "density" };
             return wrong(field, value.to_string(), "must be positive and finite");
         }
-        let region = self.region(row, scene)?;
+        let region = Region::new(row, scene, self.center, self.size)?;
         let mut random = Random::new(scene.seed, row as u64);
         let radii = self.radii(row, &region, &mut random)?;
         let positions = match self.placement {
@@ -230,7 +263,7 @@ impl Fill {
             .iter()
             .map(|&radius| if by_mass { value } else { value * ball_volume(radius, scene.dimensions) })
             .collect();
-        let velocities = self.thermal_velocities(scene.dimensions, &masses, &mut random);
+        let velocities = thermal_velocities(self.temperature, scene.dimensions, &masses, &mut random);
         for k in 0..radii.len() {
             balls.push(
                 Ball {
@@ -246,32 +279,6 @@ impl Fill {
             );
         }
         Ok(())
-    }
-
-    fn region(&self, row: usize, scene: &Scene) -> Result<Region, CheckError> {
-        let mut wraps = [false; 3];
-        let mut size = DVec3::ZERO;
-        for axis in 0..if scene.dimensions == 2 { 2 } else { 3 } {
-            let bounded = scene.domain.boundary[axis] != Boundary::Open;
-            match self.size {
-                Some(given) => size[axis] = given[axis],
-                None if bounded => {
-                    size[axis] = scene.domain.size[axis];
-                    wraps[axis] = scene.domain.boundary[axis] == Boundary::Periodic && self.center.is_none();
-                }
-                None => {
-                    return Err(Self::wrong(row, "size", "not given", "is needed, because the domain is open"));
-                }
-            }
-            if !(size[axis].is_finite() && size[axis] > 0.0) {
-                return Err(Self::wrong(row, "size", size, "must be positive and finite"));
-            }
-        }
-        let center = self.center.unwrap_or(DVec3::ZERO);
-        if !center.is_finite() || (scene.dimensions == 2 && center.z != 0.0) {
-            return Err(Self::wrong(row, "center", center, "must be finite, with z = 0 in two dimensions"));
-        }
-        Ok(Region { center, size, wraps, dimensions: scene.dimensions })
     }
 
     /// As many radii as are asked for.
@@ -326,82 +333,26 @@ impl Fill {
 
     fn lattice(&self, row: usize, region: &Region, radii: &[f64]) -> Result<Vec<DVec3>, CheckError> {
         let fcc = self.placement == Placement::Fcc;
-        let flat = region.dimensions == 2;
-        if fcc && flat {
+        if fcc && region.dimensions == 2 {
             return Err(Self::wrong(row, "placement", "fcc", "needs dimensions = 3; use \"cubic\" or \"random\""));
         }
         let largest = radii.iter().copied().fold(0.0, f64::max);
-        let (low, extent) = region.centers(largest);
-        if extent.min_element() < 0.0 {
+        let Some(lattice) = Lattice::filling(region, fcc, largest, radii.len()) else {
             return Err(Self::wrong(row, "radius", largest, "is too large for the region"));
-        }
-        const CUBIC: [[f64; 3]; 1] = [[0.5, 0.5, 0.5]];
-        const FCC: [[f64; 3]; 4] = [[0.25, 0.25, 0.25], [0.75, 0.75, 0.25], [0.75, 0.25, 0.75], [0.25, 0.75, 0.75]];
-        let basis: &[[f64; 3]] = if fcc { &FCC } else { &CUBIC };
-        let axes: usize = if flat { 2 } else { 3 };
-        // As many cells as are needed, as nearly cubic as they can be. Between walls the outer sites lie in the walls'
-        // reach, so that the spacing there is of the region itself.
-        let needed = radii.len().div_ceil(basis.len());
-        let mut cells = [1usize; 3];
-        while cells.iter().product::<usize>() < needed {
-            let widest = (0..axes)
-                .max_by(|&a, &b| (extent[a] / cells[a] as f64).total_cmp(&(extent[b] / cells[b] as f64)))
-                .unwrap_or(0);
-            // In leaps while far from the goal.
-            let missing = libm::pow(needed as f64 / cells.iter().product::<usize>() as f64, 1.0 / axes as f64);
-            cells[widest] = (cells[widest] + 1).max((cells[widest] as f64 * missing * 0.9) as usize);
-        }
-        let cell = extent / DVec3::new(cells[0] as f64, cells[1] as f64, cells[2] as f64);
-        let nearest = nearest_sites(cell, fcc, axes, cells, region);
-        if nearest < 2.0 * largest {
+        };
+        if lattice.nearest < 2.0 * largest {
             return Err(Self::wrong(
                 row,
                 "placement",
                 if fcc { "fcc" } else { "cubic" },
                 format!(
-                    "its sites are {nearest} m apart, less than the largest diameter {} m; ask for fewer or smaller balls",
+                    "its sites are {} m apart, less than the largest diameter {} m; ask for fewer or smaller balls",
+                    lattice.nearest,
                     2.0 * largest
                 ),
             ));
         }
-        let sites = cells.iter().product::<usize>() * basis.len();
-        let site = |index: usize| {
-            let offset = basis[index % basis.len()];
-            let index = index / basis.len();
-            let at = [index % cells[0], index / cells[0] % cells[1], index / (cells[0] * cells[1])];
-            let mut position = low;
-            for axis in 0..axes {
-                position[axis] += (at[axis] as f64 + offset[axis]) * cell[axis];
-            }
-            position
-        };
-        // Vacancies, if any, are spread evenly.
-        let chosen = |k: usize| (k as u128 * sites as u128 / radii.len() as u128) as usize;
-        Ok((0..radii.len()).map(|k| site(chosen(k))).collect())
-    }
-
-    fn thermal_velocities(&self, dimensions: u8, masses: &[f64], random: &mut Random) -> Vec<DVec3> {
-        let count = masses.len();
-        if self.temperature == 0.0 || count < 2 {
-            let one =
-                |mass: &f64, random: &mut Random| random.normal_vector(dimensions) * (self.temperature / mass).sqrt();
-            return masses.iter().map(|mass| one(mass, random)).collect();
-        }
-        let mut velocities: Vec<DVec3> =
-            masses.iter().map(|mass| random.normal_vector(dimensions) * (self.temperature / mass).sqrt()).collect();
-        let total: f64 = masses.iter().sum();
-        let momentum: DVec3 = velocities.iter().zip(masses).map(|(v, m)| *v * *m).sum();
-        let mut energy = 0.0;
-        for (velocity, mass) in velocities.iter_mut().zip(masses) {
-            *velocity -= momentum / total;
-            energy += 0.5 * mass * velocity.length_squared();
-        }
-        let wanted = 0.5 * f64::from(dimensions) * (count - 1) as f64 * self.temperature;
-        let factor = (wanted / energy).sqrt();
-        for velocity in &mut velocities {
-            *velocity *= factor;
-        }
-        velocities
+        Ok(lattice.spread(radii.len()))
     }
 
     /// Random places without overlap, among the balls there are.
@@ -539,7 +490,7 @@ impl Fill {
             Scene { dimensions: scene.dimensions, domain, planes, materials: scene.materials, ..Scene::default() };
         let mean_diameter = 2.0 * radii.iter().sum::<f64>() / radii.len() as f64;
         let rate = GROWTH_SPEED / mean_diameter;
-        let mut world = growing.world(balls);
+        let mut world = growing.world(&balls, &[]);
         world.restitution = RestitutionTable::uniform(scene.materials, 1.0);
         let full = 1.0 + tolerance::GROWN;
         let stages = ((full - factor) / 0.02).ceil().max(1.0);
@@ -598,6 +549,31 @@ fn rest_and_cool(simulation: Simulation) -> World {
     world
 }
 
+/// Velocities (m/s) at a temperature kT (J), without total momentum; the energy is d/2 (N − 1) kT exactly. One body alone
+/// has what is drawn.
+fn thermal_velocities(temperature: f64, dimensions: u8, masses: &[f64], random: &mut Random) -> Vec<DVec3> {
+    let count = masses.len();
+    if temperature == 0.0 || count < 2 {
+        let one = |mass: &f64, random: &mut Random| random.normal_vector(dimensions) * (temperature / mass).sqrt();
+        return masses.iter().map(|mass| one(mass, random)).collect();
+    }
+    let mut velocities: Vec<DVec3> =
+        masses.iter().map(|mass| random.normal_vector(dimensions) * (temperature / mass).sqrt()).collect();
+    let total: f64 = masses.iter().sum();
+    let momentum: DVec3 = velocities.iter().zip(masses).map(|(v, m)| *v * *m).sum();
+    let mut energy = 0.0;
+    for (velocity, mass) in velocities.iter_mut().zip(masses) {
+        *velocity -= momentum / total;
+        energy += 0.5 * mass * velocity.length_squared();
+    }
+    let wanted = 0.5 * f64::from(dimensions) * (count - 1) as f64 * temperature;
+    let factor = (wanted / energy).sqrt();
+    for velocity in &mut velocities {
+        *velocity *= factor;
+    }
+    velocities
+}
+
 fn clear_of_planes(scene: &Scene, position: DVec3, radius: f64) -> bool {
     scene.planes.iter().all(|plane| plane.normal.dot(position) - plane.offset >= radius)
 }
@@ -623,21 +599,6 @@ fn clear(
         let sum = radii[ball] + radii[other];
         r.length_squared() > sum * sum
     })
-}
-
-/// Least distance (m) between two sites of the lattice, across a closed side too.
-fn nearest_sites(cell: DVec3, fcc: bool, axes: usize, cells: [usize; 3], region: &Region) -> f64 {
-    let mut nearest = f64::INFINITY;
-    for axis in 0..axes {
-        if cells[axis] > 1 || region.wraps[axis] {
-            nearest = nearest.min(cell[axis]);
-        }
-        if fcc {
-            let next = (axis + 1) % 3;
-            nearest = nearest.min(0.5 * (cell[axis] * cell[axis] + cell[next] * cell[next]).sqrt());
-        }
-    }
-    nearest
 }
 
 fn region_walls(region: &Region) -> Vec<super::PlaneBody> {
