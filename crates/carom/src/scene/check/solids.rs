@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{finite, why};
 use crate::error::{CheckError, Problem};
-use crate::scene::{MeshBody, Scene, SolidBody};
+use crate::scene::{Scene, SolidBody};
 use crate::shape::check_inertia;
 use crate::tolerance::{LIMITS, UNIT_LENGTH};
 
@@ -21,15 +21,15 @@ struct State {
 pub(super) fn values(scene: &Scene, wrong: &mut dyn FnMut(&'static str, i64, &'static str, String, &str)) {
     for solid in &scene.solids {
         if scene.dimensions != 3 {
-            wrong("solid", solid.id, "shape", String::new(), "needs dimensions = 3");
+            wrong("body", solid.id, "shape", String::new(), "needs dimensions = 3");
         }
         let periods = scene.domain.periods().to_array();
         if periods.iter().any(|&period| period > 0.0 && period < 2.0 * solid.geometry.radius) {
             let reason = "turns within a ball that is larger than half the periodic box";
-            wrong("solid", solid.id, "shape", String::new(), reason);
+            wrong("body", solid.id, "shape", String::new(), reason);
         }
         if !solid.fixed {
-            mass(solid, &mut |field, value, reason| wrong("solid", solid.id, field, value, reason));
+            mass(solid, &mut |field, value, reason| wrong("body", solid.id, field, value, reason));
         }
         let state = State {
             position: solid.position,
@@ -38,7 +38,7 @@ pub(super) fn values(scene: &Scene, wrong: &mut dyn FnMut(&'static str, i64, &'s
             angular_velocity: solid.angular_velocity,
             material: solid.material,
         };
-        state.check(scene, &mut |field, value, reason| wrong("solid", solid.id, field, value, reason));
+        state.check(scene, &mut |field, value, reason| wrong("body", solid.id, field, value, reason));
     }
     for mesh in &scene.meshes {
         let state = State {
@@ -84,10 +84,10 @@ impl State {
 }
 
 /// Refuses bodies that turn, and meshes, as long as nothing simulates them.
-pub(in crate::scene) fn unsupported_solids(solids: &[SolidBody], meshes: &[MeshBody]) -> Result<(), CheckError> {
+pub(in crate::scene) fn unsupported_solids(scene: &Scene) -> Result<(), CheckError> {
     let reason = "is of a shape that can be described and resolved, but not simulated yet";
-    let solids = solids.iter().map(|solid| ("solid", solid.id));
-    let meshes = meshes.iter().map(|mesh| ("mesh", mesh.id));
+    let solids = scene.solids.iter().map(|solid| ("body", solid.id));
+    let meshes = scene.meshes.iter().map(|mesh| ("mesh", mesh.id));
     match solids.chain(meshes).next() {
         None => Ok(()),
         Some((what, id)) => Err(Problem::new(what, Some(id), "shape", "given", reason).into()),
