@@ -5,7 +5,7 @@ use std::fmt;
 /// One thing that is wrong with a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
-    /// "ball", "solid", "mesh", "plane", "fill", "domain", "pair" or "scene".
+    /// "ball", "body" (that turns), "mesh", "plane", "fill", "domain", "pair" or "scene".
     pub what: &'static str,
     /// Id of the body (or index of the fill or pair).
     pub id: Option<i64>,

@@ -233,15 +233,20 @@ impl Scene {
         for (row, fill) in self.fills.iter().enumerate() {
             fill.place(row, self, &mut balls)?;
         }
-        let solids = self.placed_solids()?;
-        check::identities(self, &balls, &solids)?;
-        if !self.fills.is_empty() || !self.solid_fills.is_empty() {
+        let drawn = if self.fills.is_empty() && self.solid_fills.is_empty() {
+            None
+        } else {
+            let (balls, solids) = (balls.clone(), self.placed_solids()?);
+            Some(Self { balls, solids, fills: Vec::new(), solid_fills: Vec::new(), ..self.clone() })
+        };
+        let scene = drawn.as_ref().unwrap_or(self);
+        check::identities(scene, &balls)?;
+        if drawn.is_some() {
             // What was drawn has to pass like what was given.
-            let (balls, solids) = (balls.clone(), solids.clone());
-            check::values(&Self { balls, solids, fills: Vec::new(), solid_fills: Vec::new(), ..self.clone() })?;
+            check::values(scene)?;
         }
         check::unsupported_meshes(&self.meshes)?;
-        let mut world = self.world(&balls, &solids);
+        let mut world = scene.world(&balls, &scene.solids);
         if !world.start.is_reachable() {
             let reason = "is too far from 0 for a clock that resolves the motion of the smallest ball";
             return Err(Problem::new("scene", None, "time", self.start_time, reason).into());

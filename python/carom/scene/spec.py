@@ -100,7 +100,7 @@ class Roster:
         number, name = problem.get("id"), str(problem.get("field") or "")
         reason = self._named(str(problem["reason"]), problem.get("other"))
         match problem.get("what"):
-            case "ball" | "plane" | "solid" | "mesh" if number is not None and number >= 0:
+            case "ball" | "body" | "plane" | "mesh" if number is not None and number >= 0:
                 self._blame_body(number, name, reason + self._shrinkable(problem.get("depth")), findings)
             case "fill" if number is not None:
                 place = self._fill_places[number]
@@ -117,7 +117,7 @@ class Roster:
         if other < 0:
             return reason.replace(f"wall {other}", f"the wall at {WALLS[-other - 1]} (wall {other})")
         name = self._fields.bodies[self.body_ids.index(other)].name if other in self.body_ids else None
-        for kind in ("ball", "plane", "solid", "mesh") if name is not None else ():
+        for kind in ("ball", "body", "plane", "mesh") if name is not None else ():
             reason = reason.replace(f"{kind} {other}", f'{kind} {other} "{name}"')
         return reason
 

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 pub(super) use solids::unsupported_meshes;
 
-use super::{Balls, BuildReport, Scene, SolidBody};
+use super::{Balls, BuildReport, Scene};
 use crate::error::{CheckError, Problem};
 use crate::predict::solids::{gap_above_plane, gap_of_bodies};
 use crate::time::Time;
@@ -161,11 +161,11 @@ pub(super) fn values(scene: &Scene) -> Result<(), CheckError> {
 }
 
 /// Checks that every id is given once.
-pub(super) fn identities(scene: &Scene, balls: &Balls, solids: &[SolidBody]) -> Result<(), CheckError> {
+pub(super) fn identities(scene: &Scene, balls: &Balls) -> Result<(), CheckError> {
     let mut problems = Vec::new();
     let mut seen: HashMap<i64, ()> = HashMap::with_capacity(balls.len());
     let ids = balls.ids.iter().map(|id| ("ball", *id)).chain(scene.planes.iter().map(|plane| ("plane", plane.id)));
-    let solid_ids = solids.iter().map(|solid| ("solid", solid.id));
+    let solid_ids = scene.solids.iter().map(|solid| ("body", solid.id));
     let mesh_ids = scene.meshes.iter().map(|mesh| ("mesh", mesh.id));
     for (what, id) in ids.chain(solid_ids).chain(mesh_ids) {
         if !(0..1 << 31).contains(&id) {

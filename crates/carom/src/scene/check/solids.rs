@@ -21,10 +21,10 @@ struct State {
 pub(super) fn values(scene: &Scene, wrong: &mut dyn FnMut(&'static str, i64, &'static str, String, &str)) {
     for solid in &scene.solids {
         if scene.dimensions != 3 {
-            wrong("solid", solid.id, "shape", String::new(), "needs dimensions = 3");
+            wrong("body", solid.id, "shape", String::new(), "needs dimensions = 3");
         }
         if !solid.fixed {
-            mass(solid, &mut |field, value, reason| wrong("solid", solid.id, field, value, reason));
+            mass(solid, &mut |field, value, reason| wrong("body", solid.id, field, value, reason));
         }
         let state = State {
             position: solid.position,
@@ -33,7 +33,7 @@ pub(super) fn values(scene: &Scene, wrong: &mut dyn FnMut(&'static str, i64, &'s
             angular_velocity: solid.angular_velocity,
             material: solid.material,
         };
-        state.check(scene, &mut |field, value, reason| wrong("solid", solid.id, field, value, reason));
+        state.check(scene, &mut |field, value, reason| wrong("body", solid.id, field, value, reason));
     }
     for mesh in &scene.meshes {
         let state = State {
