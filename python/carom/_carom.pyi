@@ -18,6 +18,7 @@ __all__ = [
     "__version__",
     "classify",
     "collide",
+    "kinds",
     "parse_json",
     "parse_toml",
     "resolve",
@@ -100,6 +101,9 @@ class Engine:
     def counts(self) -> dict[str, int]: ...
     def checkpoint(self) -> bytes: ...
     def rules(self) -> dict[str, str]: ...
+
+def kinds() -> list[str]:
+    """Names of the kinds of impact; the number of a kind is its place."""
 
 def collide(a: Mapping[str, Any], b: Mapping[str, Any], restitution: float) -> dict[str, Any] | None: ...
 def resolve(

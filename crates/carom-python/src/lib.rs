@@ -9,6 +9,12 @@ mod spec;
 
 use pyo3::prelude::*;
 
+/// The names of the kinds of impact, by number.
+#[pyfunction]
+fn kinds() -> Vec<&'static str> {
+    carom::event::Kind::ALL.iter().map(|kind| kind.name()).collect()
+}
+
 #[pymodule]
 fn _carom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
@@ -18,6 +24,7 @@ fn _carom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("OverlapError", py.get_type::<errors::OverlapError>())?;
     module.add_class::<engine::Engine>()?;
     module.add_class::<scene_text::Lines>()?;
+    module.add_function(wrap_pyfunction!(kinds, module)?)?;
     module.add_function(wrap_pyfunction!(pair::collide, module)?)?;
     module.add_function(wrap_pyfunction!(pair::resolve, module)?)?;
     module.add_function(wrap_pyfunction!(pair::classify, module)?)?;
