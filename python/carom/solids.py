@@ -277,7 +277,7 @@ def _part_surface(part: Part, segments: int) -> tuple[Floats, Integers]:
     points, corners = _lathe(profile, segments)
     if part.kind == "ball":
         points *= radius
-    elif part.kind == "ellipsoid":
+    elif part.semi_axes is not None:
         points *= part.semi_axes
     return points, corners
 

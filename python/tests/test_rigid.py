@@ -29,7 +29,7 @@ def state(body: dict[str, Any], *, fixed: bool = False) -> RigidState:
 
 
 def fastest(numbers: dict[str, Any]) -> float:
-    return max(np.linalg.norm(numbers[f"point_velocity_{side}_before"]) for side in "ab")
+    return max(float(np.linalg.norm(numbers[f"point_velocity_{side}_before"])) for side in "ab")
 
 
 @pytest.mark.parametrize("kind", sorted({case["kind"] for case in CASES}))

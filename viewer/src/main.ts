@@ -196,8 +196,9 @@ function show(recording: Recording): void {
     if (row < 0) return;
     const id = recording.bodies.id[row];
     const v = flight.velocityAt(row, clock.time);
+    const spin = Math.hypot(...flight.angularVelocityAt(row, clock.time));
     const label = bodyLabel(recording, row, id);
-    setText(hover, `${label}${recording.bodies.name?.[row] ? ` (id ${id})` : ""} · ${short(Math.hypot(v[0], v[1], v[2]), 3)} m/s`);
+    setText(hover, `${label}${recording.bodies.name?.[row] ? ` (id ${id})` : ""} · ${short(Math.hypot(v[0], v[1], v[2]), 3)} m/s${spin > 0 ? ` · ${short(spin, 3)} rad/s` : ""}`);
     const box = host.getBoundingClientRect();
     hover.style.transform = `translate(${Math.min(event.clientX - box.left + 14, box.width - 190)}px, ${event.clientY - box.top + 14}px)`;
   });

@@ -1,9 +1,6 @@
 // Unit quaternions (w, x, y, z) that turn vectors from a body's axes to the world's.
 
-import type { Vector } from "./recording";
-
-export type Quaternion = [number, number, number, number];
-export const IDENTITY: Quaternion = [1, 0, 0, 0];
+import type { Quaternion, Vector } from "./recording";
 
 /** First q, then p. */
 export function product(p: Quaternion, q: Quaternion): Quaternion {

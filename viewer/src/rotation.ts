@@ -7,8 +7,8 @@
 // argument of another theta function.
 
 import { DoubleDouble, productError, sumError } from "./doubledouble";
-import { product as multiply, rotated, type Quaternion } from "./quaternions";
-import type { Vector } from "./recording";
+import { product as multiply, rotated } from "./quaternions";
+import type { Quaternion, Vector } from "./recording";
 
 const { ZERO, ONE } = DoubleDouble;
 const TAU = 2 * Math.PI;

@@ -1,7 +1,7 @@
 import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
-import { angleBetween, conjugate, rotated, type Quaternion } from "../src/quaternions";
-import type { Vector } from "../src/recording";
+import { angleBetween, conjugate, rotated } from "../src/quaternions";
+import type { Quaternion, Vector } from "../src/recording";
 import { freeRotation } from "../src/rotation";
 
 interface Case {
