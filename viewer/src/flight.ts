@@ -7,6 +7,9 @@ import { angleBetween, conjugate, product, rotated } from "./quaternions";
 import { AXES, rowsById, type Quaternion, type Recording, type Vector } from "./recording";
 import { freeRotation, type Rotation } from "./rotation";
 
+/** Impacts at which replayed orientations are compared with recorded ones; all of them could take seconds. */
+const TURNS_LOOKED_AT = 1000;
+
 export class Flight {
   /** Segments of body `row` are first[row] … first[row + 1] − 1. */
   readonly first: Int32Array;
@@ -30,8 +33,7 @@ export class Flight {
   /** Of each body: the rotation last asked for, and of which segment it is. */
   private readonly rotations: (Rotation | undefined)[] = [];
   private readonly rotationOf: Int32Array;
-  /** How far the replayed orientations are from the recorded ones at impacts: the largest angle times size (m). */
-  private turnMismatch = 0;
+  private mismatch = NaN;
 
   constructor(recording: Recording) {
     this.recording = recording;
@@ -102,8 +104,7 @@ export class Flight {
     const { impacts, bodies } = this.recording;
     const { turns } = impacts;
     const to = from + 1;
-    const shape = bodies.turning?.geometry[row] ?? -1;
-    if (turns && shape < 0) {
+    if (turns) {
       this.orientation.set(turns.orientation[side].subarray(4 * impact, 4 * impact + 4), 4 * to);
       this.angularVelocity.set(turns.angularVelocity[side].subarray(3 * impact, 3 * impact + 3), 3 * to);
       return;
@@ -111,13 +112,6 @@ export class Flight {
     const seconds = impacts.time[impact] - this.time[from];
     const { orientation, angularVelocity } = this.rotationFrom(row, from).after(seconds);
     const stands = product(orientation, conjugate(this.principal(row)));
-    if (turns) {
-      const recorded = [0, 1, 2, 3].map((k) => turns.orientation[side][4 * impact + k]) as Quaternion;
-      this.turnMismatch = Math.max(this.turnMismatch, angleBetween(recorded, stands) * bodies.radius[row]);
-      this.orientation.set(recorded, 4 * to);
-      this.angularVelocity.set(turns.angularVelocity[side].subarray(3 * impact, 3 * impact + 3), 3 * to);
-      return;
-    }
     // Δω = ± I⁻¹ (r × j n), in principal axes; nothing of a body in prescribed motion.
     const j = (side === 0 ? 1 : -1) * impacts.impulse[impact];
     const g = bodies.fixed[row] ? 0 : 0.5 * seconds * seconds;
@@ -247,11 +241,22 @@ export class Flight {
   /**
    * How far the replay is from the recording: the largest distance, over all impacts, between a recorded contact point and
    * the place on the replayed ball's surface where it should lie (m); of other bodies, how far replayed and recorded
-   * orientations leave their farthest points apart. Rounding only, if the recording is whole.
+   * orientations leave their farthest points apart, at a thousand impacts. Rounding only, if the recording is whole.
    */
   largestMismatch(): number {
+    if (Number.isNaN(this.mismatch)) this.mismatch = this.findMismatch();
+    return this.mismatch;
+  }
+
+  private findMismatch(): number {
     const { impacts, bodies } = this.recording;
-    let largest = this.turnMismatch;
+    let largest = 0;
+    const turn = (row: number, segment: number) => {
+      if (segment < 0) return;
+      const replayed = this.rotationFrom(row, segment - 1).after(this.time[segment] - this.time[segment - 1]).orientation;
+      const recorded = product([0, 1, 2, 3].map((k) => this.orientation[4 * segment + k]) as Quaternion, this.principal(row));
+      largest = Math.max(largest, angleBetween(recorded, replayed) * bodies.radius[row]);
+    };
     const look = (impact: number, row: number, segment: number, side: number) => {
       if (segment < 0 || !(bodies.radius[row] > 0) || (bodies.turning?.geometry[row] ?? -1) >= 0) return;
       let squared = 0;
@@ -265,6 +270,13 @@ export class Flight {
     for (let i = 0; i < impacts.count; i++) {
       look(i, this.rowA[i], this.segmentA[i], 1);
       look(i, this.rowB[i], this.segmentB[i], -1);
+    }
+    if (bodies.turning && impacts.turns) {
+      const step = Math.max(1, Math.floor(impacts.count / TURNS_LOOKED_AT));
+      for (let i = 0; i < impacts.count; i += step) {
+        turn(this.rowA[i], this.segmentA[i]);
+        turn(this.rowB[i], this.segmentB[i]);
+      }
     }
     return largest;
   }

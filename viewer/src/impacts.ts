@@ -28,7 +28,8 @@ export function bodyLabel(recording: Recording, row: number, id: number): string
   if (row >= 0) {
     const name = recording.bodies.name?.[row];
     const shape = recording.bodies.turning?.geometry[row] ?? -1;
-    return name ? name : `${shape < 0 ? "ball" : recording.geometries[shape].kind} ${id}`;
+    const kind = shape < 0 ? "ball" : recording.geometries[shape].kind;
+    return name ? name : `${kind === "polyhedron" ? "body" : kind} ${id}`;
   }
   const walls = ["wall −x", "wall +x", "wall −y", "wall +y", "wall −z", "wall +z"];
   const plane = recording.planes.find((one) => one.id === id);

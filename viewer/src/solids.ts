@@ -79,8 +79,8 @@ void main() {
   vec3 flatly = base * (0.26 + 0.74 * diffuse + 0.16 * sky * sky) + gloss * 0.10;
   vec3 lit = vMark.z > 1.5 ? flatly : smoothly;
   float across = vEdge / max(fwidth(vEdge), 1e-12);
-  float line = (1.0 - smoothstep(0.55, 1.35, across)) * clamp(vSize / 16.0, 0.0, 1.0);
-  lit = mix(lit, base * 0.30, 0.78 * line);
+  float line = (1.0 - smoothstep(0.45, 1.15, across)) * clamp(vSize / 16.0, 0.0, 1.0);
+  lit = mix(lit, base * 0.32, 0.66 * line);
   colour = vec4(mix(clamp(lit, 0.0, 1.0), background, vDim), 1.0);
 }`;
 

@@ -11,6 +11,7 @@ import { Palette, parseColour, themeColour, type Colouring } from "./colours";
 import { wrap, type Flight } from "./flight";
 import { AXES, type Axis, type Quaternion as Turn, type Recording, type Vector } from "./recording";
 import { rotated } from "./quaternions";
+import { FloorShadows } from "./shadows";
 import { Solids } from "./solids";
 import { Walls } from "./walls";
 
@@ -114,6 +115,7 @@ export class Stage {
   private readonly balls: Balls;
   private readonly solids: Solids;
   private readonly walls: Walls;
+  private readonly shadows: FloorShadows;
   private readonly furniture = new Group();
   private readonly planes: { slab: Object3D; normal: Vector3; velocity: Vector3; start: Vector3 }[] = [];
   private readonly positions: Float64Array;
@@ -177,9 +179,11 @@ export class Stage {
     this.scene.add(this.furniture);
     this.solids = new Solids(recording, this.palette.colours);
     this.walls = new Walls(recording.meshes, this.centre);
+    this.shadows = new FloorShadows(recording, this.centre);
+    this.shadows.group.visible = !flat;
     const radii = recording.bodies.radius.map((radius, row) => (this.solids.has(row) ? 0 : radius));
     this.balls = new Balls(radii, this.palette.colours, this.palette.stripes, spinning(recording, flight));
-    this.scene.add(this.balls.mesh, this.balls.shadows, this.solids.group, this.walls.group);
+    this.scene.add(this.balls.mesh, this.balls.shadows, this.solids.group, this.walls.group, this.shadows.group);
     if (this.isTable()) this.balls.castShadows(axis.clone().negate(), this.right, this.up);
     this.hasPaths = !flight.period.some((p) => p > 0) && flight.time.length <= MOST_PATHS && flight.time.length > 0;
     this.restyle();
@@ -589,6 +593,7 @@ export class Stage {
       this.solids.move(this.positions, this.orientations, this.centre);
     }
     this.walls.move(time);
+    this.shadows.move(this.positions, time);
     if (this.colouring === "speed" && this.paintedAt !== time) {
       this.palette.paint("speed", time);
       this.balls.painted();

@@ -332,3 +332,13 @@ export function funnel(): SolidScene {
   return { title: "A funnel", duration: 3, gravity: [0, 0, -1], shapes, bodies, meshes: [{ id: 99, name: "funnel", vertices, triangles }] };
 }
 
+
+/** Balls that spin, in a box. */
+export function spinningPool(): SolidScene {
+  const random = generator(21);
+  const bodies: Solid[] = Array.from({ length: 15 }, (_, i) => ({
+    shape: -1, radius: 0.3 + 0.25 * random(), position: [1.5 * (i % 5) - 3, 1.5 * Math.floor(i / 5) - 1.5, 0.6 * random()], velocity: [0, 0, 0].map(() => random() - 0.5) as Vector,
+    orientation: anywhere(random), angularVelocity: i % 4 === 3 ? [0, 0, 0] : [0, 0, 0].map(() => 5 * (random() - 0.5)) as Vector,
+  }));
+  return { title: "Balls that spin", duration: 3, shapes: [], bodies };
+}
