@@ -292,11 +292,16 @@ def _text_of_turning(of: dict[str, Any]) -> str:
         prescribed = of[f"mass_{row}"] is None
         lines += [
             f"  position   x_{letter} = {_vector(of[f'position_{row}'])} m",
-            f"  velocity   v_{letter} = {_vector(of[f'velocity_{row}_before'])} m/s,"
-            f" ω_{letter} = {_vector(of[f'angular_velocity_{row}_before'])} rad/s",
-            f"  mass       m_{letter} = "
-            + ("infinite: it moves on as prescribed" if prescribed else f"{_number(of[f'mass_{row}'])} kg")
-            + ("" if prescribed else f", I_{letter} = {_vector(of[f'moments_{row}'])} kg m² about its principal axes"),
+            f"  velocity   v_{letter} = {_vector(of[f'velocity_{row}_before'])} m/s",
+            f"  spin       ω_{letter} = {_vector(of[f'angular_velocity_{row}_before'])} rad/s",
+        ]
+        if prescribed:
+            lines.append(f"  mass       m_{letter} = infinite: it moves on as prescribed")
+            continue
+        lines += [
+            f"  turned by  q_{letter} = {_vector(of[f'orientation_{row}'])}, w x y z",
+            f"  mass       m_{letter} = {_number(of[f'mass_{row}'])} kg",
+            f"  inertia    I_{letter} = {_vector(of[f'moments_{row}'])} kg m², about its principal axes",
         ]
     approach = of["normal_velocity_before"]
     sign = "< 0" if approach < 0 else "= 0" if approach == 0 else "> 0"
@@ -336,13 +341,15 @@ def _text_of_turning(of: dict[str, Any]) -> str:
     ]
     if not single:
         lines.append(f"  several points touch: their impulses are together j = {_number(impulse)} N s, at p")
-    for letter, row, plus in (("A", "a", "+"), ("B", "b", "−")):
+    for letter, row, sign in (("A", "a", ""), ("B", "b", "−")):
+        if of[f"mass_{row}"] is None:
+            continue
         lines += [
-            f"  v_{letter} after = v_{letter} {plus} j n/m_{letter} = {_vector(of[f'velocity_{row}'])} m/s"
-            f"   (change {_vector(of[f'velocity_change_{row}'])})",
-            f"  ω_{letter} after = ω_{letter} {plus} I_{letter}⁻¹ (r_{letter} × j n)"
-            f" = {_vector(of[f'angular_velocity_{row}'])} rad/s"
-            f"   (change {_vector(of[f'angular_velocity_change_{row}'])})",
+            f"  Δv_{letter} = {sign}j n/m_{letter} = {_vector(of[f'velocity_change_{row}'])} m/s",
+            f"  v_{letter} after = {_vector(of[f'velocity_{row}'])} m/s",
+            f"  Δω_{letter} = {sign}I_{letter}⁻¹ (r_{letter} × j n)"
+            f" = {_vector(of[f'angular_velocity_change_{row}'])} rad/s",
+            f"  ω_{letter} after = {_vector(of[f'angular_velocity_{row}'])} rad/s",
         ]
     lines += [
         f"  v_AB after·n = {_number(of['normal_velocity_after'])} m/s"
@@ -369,7 +376,7 @@ def _text_of_turning(of: dict[str, Any]) -> str:
         )
     if of["work"] != 0:
         lines.append(f"  work done by the body in prescribed motion  {_number(of['work'])} J")
-    lines.append(f"  energy lost                     {_number(of['energy_lost'])} J")
+    lines.append(f"  energy lost  {_number(of['energy_lost'])} J")
     if single:
         lines.append(f"  ½ (1 − e²) (v_AB·n)² / (1/m_A + … )  {_number(of['energy_lost_by_formula'])} J")
     lines.append("")

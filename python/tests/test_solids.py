@@ -11,7 +11,7 @@ import pyarrow as pa
 import pytest
 
 import carom
-from carom import _carom, impact_table, report, solids
+from carom import _carom, export, impact_table, report, solids
 from carom.frames import Frames, FrameWriter
 
 IDENTITY = [1.0, 0.0, 0.0, 0.0]
@@ -127,6 +127,9 @@ def test_the_table_of_impacts_has_the_turns_where_bodies_turn():
     assert batch.schema.field("orientation_a").type == pa.list_(pa.field("item", pa.float64(), nullable=False), 4)
     back = impact_table.columns(batch)
     assert all(np.array_equal(back[name], chunk[name]) for name in chunk)
+    flat = export._flat(batch)
+    assert flat.column("orientation_b_z").to_pylist() == [0.5]
+    assert flat.column("angular_velocity_b_y").to_pylist() == [2.0]
     # Nothing has changed where only balls are.
     plain = {name: chunk[name] for name in impact_table.FIELDS}
     assert impact_table.structured([plain]).dtype == impact_table.DTYPE

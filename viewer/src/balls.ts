@@ -47,7 +47,7 @@ void main() {
   vSpins = spins;
   vDim = isStruck ? 0.0 : 0.8 * apart;
   vFront = isStruck && apart > 0.0 ? 1.0 : 0.0;
-  gl_Position = projectionMatrix * vec4(vPoint, 1.0);
+  gl_Position = radius > 0.0 ? projectionMatrix * vec4(vPoint, 1.0) : vec4(0.0, 0.0, 2.0, 1.0);
 }`;
 
 const FRAGMENT = /* glsl */ `

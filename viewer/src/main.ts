@@ -128,7 +128,7 @@ function show(recording: Recording): void {
     host.style.setProperty("--aspect", String(Math.min(Math.max(stage.aspect, 0.9), 1.9)));
   }
   const key = element("div", { class: "key", hidden: true },
-    ...(stage?.crowd && !stage.view.flat ? [element("span", { class: "plain" }, "balls in front left out")] : []),
+    ...(stage?.crowd && !stage.view.flat ? [element("span", { class: "plain" }, recording.geometries.length > 0 ? "bodies in front left out" : "balls in front left out")] : []),
     ...[["before", "velocity before"], ["after", "after"], ["normal", "normal, b to a"]].map(([kind, words]) => element("span", { class: kind }, words)));
   const hover = element("div", { class: "hover", hidden: true });
   host.append(key, hover);

@@ -4,7 +4,7 @@ import { BufferAttribute, DynamicDrawUsage, GLSL3, Group, InstancedBufferAttribu
 import type { Plane, Recording } from "./recording";
 
 /** More bodies than this have no shadows: together they would be a carpet. */
-const MOST_BODIES = 2000;
+const MOST_BODIES = 200;
 
 const VERTEX = /* glsl */ `
 in vec4 place;   // centre and size
@@ -12,6 +12,7 @@ uniform vec3 normal_;
 uniform vec3 right;
 uniform vec3 up;
 uniform float offset;
+uniform float strength;
 out vec2 vSquare;
 flat out float vStrength;
 void main() {
@@ -19,7 +20,7 @@ void main() {
   float above = max(height - place.w, 0.0) / max(place.w, 1e-30);
   // The higher the body, the wider and fainter.
   float size = place.w * (1.0 + 0.25 * min(above, 6.0));
-  vStrength = height < -place.w ? 0.0 : 0.40 / (1.0 + 0.45 * above);
+  vStrength = height < -place.w ? 0.0 : strength / (1.0 + 0.45 * above);
   vSquare = position.xy;
   vec3 at = place.xyz - normal_ * height + size * 1.25 * (right * position.x + up * position.y);
   gl_Position = projectionMatrix * modelViewMatrix * vec4(at, 1.0);
@@ -56,7 +57,7 @@ export class FloorShadows {
       right.addScaledVector(normal, -right.dot(normal)).normalize();
       const material = new ShaderMaterial({
         glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, transparent: true, depthWrite: false,
-        uniforms: { normal_: { value: normal }, right: { value: right }, up: { value: new Vector3().crossVectors(normal, right) }, offset: { value: 0 } },
+        uniforms: { normal_: { value: normal }, right: { value: right }, up: { value: new Vector3().crossVectors(normal, right) }, offset: { value: 0 }, strength: { value: 0.4 } },
       });
       const mesh = new Mesh(square, material);
       mesh.frustumCulled = false;
@@ -66,8 +67,8 @@ export class FloorShadows {
     }
   }
 
-  /** Puts them below bodies at `positions`, at `time`. */
-  move(positions: Float64Array, time: number): void {
+  /** Puts them below bodies at `positions`, at `time`; they are gone where all but two bodies step back (`apart` 1). */
+  move(positions: Float64Array, time: number, apart: number): void {
     if (this.floors.length === 0) return;
     const { bodies } = this.recording;
     const { x, y, z } = this.centre;
@@ -84,6 +85,7 @@ export class FloorShadows {
       const { normal, velocity, offset } = plane;
       const along = normal[0] * (velocity[0] * time - x) + normal[1] * (velocity[1] * time - y) + normal[2] * (velocity[2] * time - z);
       material.uniforms.offset.value = offset + along;
+      material.uniforms.strength.value = 0.4 * (1 - apart);
     }
   }
 }

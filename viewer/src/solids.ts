@@ -49,6 +49,8 @@ void main() {
   float depth = 0.5 * (gl_Position.z + w);
   depth = isStruck && apart > 0.0 ? 0.02 * depth : 0.02 * w + 0.98 * depth;
   gl_Position.z = 2.0 * depth - w;
+  // What has shrunk to nothing leaves no dust.
+  if (scale < 1e-3) gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
 }`;
 
 const FRAGMENT = /* glsl */ `

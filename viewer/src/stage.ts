@@ -593,7 +593,7 @@ export class Stage {
       this.solids.move(this.positions, this.orientations, this.centre);
     }
     this.walls.move(time);
-    this.shadows.move(this.positions, time);
+    this.shadows.move(this.positions, time, this.apart);
     if (this.colouring === "speed" && this.paintedAt !== time) {
       this.palette.paint("speed", time);
       this.balls.painted();
