@@ -23,6 +23,7 @@ __all__ = [
     "check_inertia",
     "classify",
     "collide",
+    "kinds",
     "lattice_sites",
     "parse_json",
     "parse_toml",
@@ -199,6 +200,9 @@ def lattice_sites(
 
 def placed_solids(spec: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
     """Tell the bodies that turn of a spec, those of its fills too, by column. Raises CheckError."""
+
+def kinds() -> list[str]:
+    """Names of the kinds of impact; the number of a kind is its place."""
 
 def collide(a: Mapping[str, Any], b: Mapping[str, Any], restitution: float) -> dict[str, Any] | None: ...
 def resolve(

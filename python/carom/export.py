@@ -107,9 +107,10 @@ def _flat(batch: pyarrow.RecordBatch) -> pyarrow.RecordBatch:
     for name in batch.schema.names:
         column = batch.column(name)
         if pa.types.is_fixed_size_list(column.type):
-            values = column.flatten().to_numpy().reshape(-1, 3)
+            axes = "xyz" if column.type.list_size == 3 else "wxyz"
+            values = column.flatten().to_numpy().reshape(-1, len(axes))
             columns.update(
-                {f"{name}_{axis}": pa.array(np.ascontiguousarray(values[:, i])) for i, axis in enumerate("xyz")}
+                {f"{name}_{axis}": pa.array(np.ascontiguousarray(values[:, i])) for i, axis in enumerate(axes)}
             )
         elif pa.types.is_dictionary(column.type):
             columns[name] = column.dictionary_decode()

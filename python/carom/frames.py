@@ -1,7 +1,8 @@
 """The frames of a run: `frames.gsd`, states at the times asked for, in double precision, for the tools of the field.
 
-A frame holds the balls, by id. Planes are not particles and stay out: they are in `scene.json`. Along open axes, which
-GSD does not know, the box is the smallest power of two that holds every ball of the frame.
+A frame holds the balls and the bodies that turn, by id. Planes and meshes of triangles are not particles and stay out:
+they are in `scene.json`. Along open axes, which GSD does not know, the box is the smallest power of two that holds
+every body of the frame.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 
 from carom.errors import RunFolderError
 from carom.files import naming
+from carom.solids import gsd_shape
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -23,9 +25,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.simulation import Simulation
+    from carom.solids import Geometry
 
 # A particle type of GSD has one shape. Balls of a few radii get a type a radius; beyond that each ball's diameter says
-# enough, and a type for each would only be a burden to readers.
+# enough, and a type for each would only be a burden to readers. Other shapes always have a type each.
 _MOST_TYPES = 64
 
 
@@ -47,14 +50,22 @@ class FrameWriter:
         self._simulation = simulation
         self._dimensions = simulation.scene.dimensions
         self._size = simulation.size
-        balls = ~simulation.is_plane
-        self._balls = balls
-        self._ids = simulation.ids[balls]
-        self._radii = simulation.radii[balls]
-        self._masses = simulation.masses[balls]
-        self._fixed = simulation.fixed[balls]
-        materials = simulation.materials[balls]
-        self._types, self._type_ids, self._type_shapes = _types(self._radii, materials, simulation.material_names)
+        bodies, solids = ~simulation.is_plane, simulation.solids
+        if solids is not None:
+            bodies &= ~np.isin(simulation.ids, [mesh.id for mesh in solids.meshes])
+        self._bodies = bodies
+        self._ids = simulation.ids[bodies]
+        self._radii = simulation.radii[bodies]
+        self._masses = simulation.masses[bodies]
+        self._fixed = simulation.fixed[bodies]
+        self._moments = None if solids is None else solids.moments[bodies]
+        self._types, self._type_ids, self._type_shapes = _types(
+            self._radii,
+            simulation.materials[bodies],
+            simulation.material_names,
+            np.full(len(self._ids), -1) if solids is None else solids.geometry_of[bodies],
+            () if solids is None else solids.geometries,
+        )
         self._count = 0
         self._first: dict[str, NDArray[Any]] | None = None
         with naming(path):
@@ -66,26 +77,29 @@ class FrameWriter:
         """Append the state at the simulation's clock. Raises RunFolderError if it cannot be written."""
         import gsd.hoomd
 
-        simulation, balls = self._simulation, self._balls
+        simulation, bodies = self._simulation, self._bodies
         frame: Any = gsd.hoomd.Frame()
-        position = simulation.positions[balls]
+        position = simulation.positions[bodies]
         frame.configuration.step = self._count
         frame.configuration.dimensions = self._dimensions
         frame.configuration.box = [*self._box(position), 0, 0, 0]
         particles = frame.particles
         particles.N = len(position)
         particles.position = position
-        particles.velocity = simulation.velocities[balls]
-        particles.image = simulation.images[balls]
-        particles.orientation = simulation.orientations[balls]
+        particles.velocity = simulation.velocities[bodies]
+        particles.image = simulation.images[bodies]
+        particles.orientation = simulation.orientations[bodies]
         particles.types, particles.typeid, particles.type_shapes = self._types, self._type_ids, self._type_shapes
         # GSD has no word for a body that nothing moves; its mass there is 1, and log/particles/fixed tells.
         particles.mass = np.where(np.isfinite(self._masses), self._masses, 1.0)
         particles.diameter = 2 * self._radii
+        if self._moments is not None:
+            # As with mass; a ball's is about any axis.
+            particles.moment_inertia = np.where(np.isfinite(self._moments), self._moments, 1.0)
         logged: dict[str, Any] = {
             "particles/id": self._ids,
             "particles/fixed": self._fixed.astype(np.uint8),
-            "particles/angular_velocity": simulation.angular_velocities[balls],
+            "particles/angular_velocity": simulation.angular_velocities[bodies],
         }
         # What is as in the first frame need not be written: readers of GSD fall back on that.
         if self._first is None:
@@ -153,9 +167,32 @@ def _power_of_two(extent: float) -> float:
 
 
 def _types(
+    radii: NDArray[np.float64],
+    materials: NDArray[np.int64],
+    names: Sequence[str],
+    geometry_of: NDArray[np.int64],
+    geometries: Sequence[Geometry],
+) -> tuple[list[str], NDArray[np.uint32], list[dict[str, Any]]]:
+    """Particle types, the balls' first: one for each pair of material and shape, or for each material of all balls."""
+    balls = geometry_of < 0
+    types, of_balls, shapes = _types_of_balls(radii[balls], materials[balls], names)
+    type_ids = np.zeros(len(radii), np.uint32)
+    type_ids[balls] = of_balls
+    pairs, of_solids = np.unique(
+        np.column_stack([materials, geometry_of])[~balls], axis=0, return_inverse=True
+    )  # sorted by material, then by shape
+    type_ids[~balls] = of_solids.reshape(-1) + len(types)
+    written = [gsd_shape(geometry) for geometry in geometries]
+    labels = [f"{names[int(material)]} {geometries[int(shape)].kind}".strip() for material, shape in pairs]
+    for (_, shape), label in zip(pairs, labels, strict=True):
+        types.append(f"{label} {int(shape)}" if labels.count(label) > 1 or label in types else label)
+        shapes.append(written[int(shape)])
+    return types, type_ids, shapes
+
+
+def _types_of_balls(
     radii: NDArray[np.float64], materials: NDArray[np.int64], names: Sequence[str]
 ) -> tuple[list[str], NDArray[np.uint32], list[dict[str, Any]]]:
-    """Particle types: one for each pair of material and radius, or, if that is too many, one for each material."""
     pairs, type_ids = np.unique(np.column_stack([materials.astype(float), radii]), axis=0, return_inverse=True)
     if len(pairs) <= _MOST_TYPES:
         labels = [names[int(material)] or "ball" for material, _ in pairs]
@@ -172,7 +209,7 @@ def _types(
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """The balls at one time; arrays have one row a ball, by id (units as in `carom.Simulation`)."""
+    """Balls and bodies that turn at one time; arrays have one row a body, by id (units as in `carom.Simulation`)."""
 
     time: float
     time_low: float
@@ -180,8 +217,9 @@ class Frame:
     """Number of impacts up to here."""
     ids: NDArray[np.int64]
     radii: NDArray[np.float64]
+    """Of a body that turns the largest distance from its centre of mass."""
     masses: NDArray[np.float64]
-    """inf for fixed balls."""
+    """inf for fixed bodies."""
     fixed: NDArray[np.bool_]
     positions: NDArray[np.float64]
     velocities: NDArray[np.float64]
@@ -189,7 +227,10 @@ class Frame:
     angular_velocities: NDArray[np.float64]
     images: NDArray[np.int64]
     types: list[str]
-    """Names of the types that `type_ids` point to: material, and radius where a material has several."""
+    """Names of the types that `type_ids` point to: of balls the material, and the radius where a material has several;
+    of other bodies material and shape, and the shape's number where there are several."""
+    type_shapes: list[dict[str, Any]]
+    """The shape of each type, as the GSD schema has it."""
     type_ids: NDArray[np.int64]
     box: NDArray[np.float64]
     """Lengths of the box along x, y and z, m."""
@@ -239,6 +280,7 @@ class Frames:
             angular_velocities=np.array(log["particles/angular_velocity"]),
             images=particles.image.astype(np.int64),
             types=list(particles.types),
+            type_shapes=[dict(shape) for shape in particles.type_shapes],
             type_ids=particles.typeid.astype(np.int64),
             box=np.array(found.configuration.box[:3]),
         )

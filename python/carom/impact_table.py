@@ -17,20 +17,63 @@ if TYPE_CHECKING:
     import pyarrow
     from numpy.typing import NDArray
 
-KINDS = ("ball-ball", "ball-plane")
-"""Names of the kinds of impact; the simulator's code of a kind is its place here."""
+KINDS = (
+    "ball-ball",
+    "ball-plane",
+    "ball-vertex",
+    "ball-edge",
+    "ball-rim",
+    "ball-side",
+    "ball-surface",
+    "ball-face",
+    "vertex-vertex",
+    "vertex-edge",
+    "vertex-rim",
+    "vertex-side",
+    "vertex-surface",
+    "vertex-face",
+    "vertex-plane",
+    "edge-edge",
+    "edge-rim",
+    "edge-side",
+    "edge-surface",
+    "edge-face",
+    "edge-plane",
+    "rim-rim",
+    "rim-side",
+    "rim-surface",
+    "rim-face",
+    "rim-plane",
+    "side-side",
+    "side-surface",
+    "side-face",
+    "side-plane",
+    "surface-surface",
+    "surface-face",
+    "surface-plane",
+    "face-face",
+    "face-plane",
+)
+"""Names of the kinds of impact, by what of the two surfaces meets; the simulator's code of a kind is its place here."""
 
-_WIDTHS = {"point": 3, "normal": 3}
+_WIDTHS = {
+    "point": 3,
+    "normal": 3,
+    "orientation_a": 4,
+    "orientation_b": 4,
+    "angular_velocity_a": 3,
+    "angular_velocity_b": 3,
+}
 
-# `kind` is text of fixed width: `impacts["kind"] == "ball-plane"` is what people write. 11 characters hold the longest
-# name there will be ("vertex-face").
+# `kind` is text of fixed width: `impacts["kind"] == "ball-plane"` is what people write. 15 characters hold the longest
+# name ("surface-surface").
 DTYPE = np.dtype(
     [
         ("time", "<f8"),
         ("time_low", "<f8"),
         ("a", "<i8"),
         ("b", "<i8"),
-        ("kind", "<U11"),
+        ("kind", "<U15"),
         ("point", "<f8", (3,)),
         ("normal", "<f8", (3,)),
         ("approach_speed", "<f8"),
@@ -45,32 +88,64 @@ DTYPE = np.dtype(
 FIELDS: tuple[str, ...] = DTYPE.names or ()
 """Their names, in order."""
 
+TURNING_FIELDS = ("orientation_a", "orientation_b", "angular_velocity_a", "angular_velocity_b")
+"""Fields that the table of a scene with bodies that turn has besides, all of them, right after the impact: unit
+quaternions (w, x, y, z), the frame in which a shape was given to world, and rad/s in world axes; of a plane, a wall
+or a mesh (1, 0, 0, 0) and 0."""
+
+
+def fields(*, turning: bool) -> tuple[str, ...]:
+    """Names of the fields of a table, in order."""
+    return FIELDS + TURNING_FIELDS if turning else FIELDS
+
+
+def has_turns(chunks: Iterable[Mapping[str, NDArray[Any]]]) -> bool:
+    """Whether chunks are of a table with bodies that turn."""
+    return any(TURNING_FIELDS[0] in chunk for chunk in chunks)
+
+
+def dtype(*, turning: bool) -> np.dtype[np.void]:
+    """Type of a row: `DTYPE`, and with bodies that turn their fields at its end."""
+    added = [(name, "<f8", (_WIDTHS[name],)) for name in TURNING_FIELDS]
+    return np.dtype([(name, DTYPE[name]) for name in FIELDS] + added) if turning else DTYPE
+
+
 # What is digested: the same row with the kind's code, packed, little-endian, so that the digest depends on nothing
 # else.
-_DIGEST_DTYPE = np.dtype([(name, "u1" if name == "kind" else DTYPE[name]) for name in FIELDS])
+def _digest_dtype(*, turning: bool) -> np.dtype[np.void]:
+    row = dtype(turning=turning)
+    return np.dtype([(name, "u1" if name == "kind" else row[name]) for name in fields(turning=turning)])
 
 
-def empty() -> dict[str, NDArray[Any]]:
+def empty(*, turning: bool = False) -> dict[str, NDArray[Any]]:
     """Return the columns of a table without rows."""
-    rows = np.empty(0, _DIGEST_DTYPE)
-    return {name: np.ascontiguousarray(rows[name]) for name in FIELDS}
+    rows = np.empty(0, _digest_dtype(turning=turning))
+    return {name: np.ascontiguousarray(rows[name]) for name in fields(turning=turning)}
+
+
+def joined(chunks: Iterable[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
+    """Rows of all chunks as one."""
+    # A chunk without rows may be one that nobody filled, and say nothing of the columns.
+    chunks = [chunk for chunk in chunks if len(chunk["time"])]
+    nothing = empty(turning=has_turns(chunks))
+    return {name: np.concatenate([column, *(chunk[name] for chunk in chunks)]) for name, column in nothing.items()}
 
 
 def structured(chunks: Iterable[Mapping[str, NDArray[Any]]]) -> NDArray[np.void]:
-    """Rows of all chunks as one structured array of `DTYPE`."""
-    chunks = list(chunks)
-    rows = np.empty(sum(len(chunk["time"]) for chunk in chunks), DTYPE)
+    """Rows of all chunks as one structured array of `DTYPE`, or with bodies that turn of `dtype(turning=True)`."""
+    chunks = [chunk for chunk in chunks if len(chunk["time"])]
+    rows = np.empty(sum(len(chunk["time"]) for chunk in chunks), dtype(turning=has_turns(chunks)))
     names = np.array(KINDS, DTYPE["kind"])
     start = 0
     for chunk in chunks:
         part = rows[start : start + len(chunk["time"])]
-        for name in FIELDS:
+        for name in rows.dtype.names or ():
             part[name] = names[chunk["kind"]] if name == "kind" else chunk[name]
         start += len(part)
     return rows
 
 
-def arrow_schema(metadata: Mapping[str, str] | None = None) -> pyarrow.Schema:
+def arrow_schema(metadata: Mapping[str, str] | None = None, *, turning: bool = False) -> pyarrow.Schema:
     """Arrow schema of the table. `metadata` is stored with it."""
     import pyarrow as pa
 
@@ -81,8 +156,8 @@ def arrow_schema(metadata: Mapping[str, str] | None = None) -> pyarrow.Schema:
             return pa.list_(pa.field("item", pa.float64(), nullable=False), _WIDTHS[name])
         return pa.int64() if name in {"a", "b"} else pa.float64()
 
-    fields = [pa.field(name, arrow_type(name), nullable=False) for name in FIELDS]
-    return pa.schema(fields, metadata=dict(metadata) if metadata else None)
+    columns = [pa.field(name, arrow_type(name), nullable=False) for name in fields(turning=turning)]
+    return pa.schema(columns, metadata=dict(metadata) if metadata else None)
 
 
 def record_batch(chunk: Mapping[str, NDArray[Any]], schema: pyarrow.Schema) -> pyarrow.RecordBatch:
@@ -113,7 +188,7 @@ def record_batch(chunk: Mapping[str, NDArray[Any]], schema: pyarrow.Schema) -> p
 def columns(batch: pyarrow.RecordBatch) -> dict[str, NDArray[Any]]:
     """Columns of a record batch, the other way round from `record_batch`."""
     found: dict[str, NDArray[Any]] = {}
-    for name in FIELDS:
+    for name in fields(turning=TURNING_FIELDS[0] in batch.schema.names):
         array = batch.column(name)
         if name == "kind":
             codes = {kind: code for code, kind in enumerate(KINDS)}
@@ -134,8 +209,8 @@ class Digest:
 
     def update(self, chunk: Mapping[str, NDArray[Any]]) -> None:
         """Add the rows of a chunk."""
-        rows = np.empty(len(chunk["time"]), _DIGEST_DTYPE)
-        for name in FIELDS:
+        rows = np.empty(len(chunk["time"]), _digest_dtype(turning=has_turns([chunk])))
+        for name in rows.dtype.names or ():
             rows[name] = chunk[name]
         self._hash.update(rows.tobytes())
 

@@ -276,7 +276,8 @@ class _Recorder:
         self._start: report.Start | None = None
         self._flushed = self._checkpointed = time.perf_counter()
         self._schema = impact_table.arrow_schema(
-            {"carom": __version__, "rules": json.dumps(simulation.rules), "units": "SI"}
+            {"carom": __version__, "rules": json.dumps(simulation.rules), "units": "SI"},
+            turning=simulation.solids is not None,
         )
 
     def begin(self) -> None:

@@ -108,10 +108,7 @@ class _Rows:
                 if batch is None:
                     break
                 self._left = impact_table.columns(batch)
-        return {
-            name: np.concatenate([column, *(part[name] for part in parts)])
-            for name, column in impact_table.empty().items()
-        }
+        return impact_table.joined(parts)
 
 
 def _first_difference(
@@ -123,11 +120,12 @@ def _first_difference(
     different = {
         name: (_bits(expected[name][:count]) != _bits(found[name][:count])).reshape(count, -1).any(axis=1)
         for name in found
+        if name in expected
     }
     rows = np.logical_or.reduce(list(different.values())) if count else np.zeros(0, bool)
     if rows.any():
         row = int(np.argmax(rows))
-        name = next(name for name in found if different[name][row])
+        name = next(name for name in different if different[name][row])
         a, b = int(expected["a"][row]), int(expected["b"][row])
         return before + row, (
             f"impact {before + row + 1} (bodies {a} and {b} at {float(expected['time'][row])!r} s):"

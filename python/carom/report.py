@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import base64
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from carom.run_folder import RunFolder
     from carom.simulation import Simulation
+    from carom.solids import Solids
 
 PLACE_OF_DATA = "<!--CAROM-DATA-->"
 MOST_BODIES = 20_000
@@ -50,11 +51,23 @@ class Start:
     planes: list[dict[str, Any]]
     axes: list[str]
     size: list[float]
+    solids: Solids | None = None
+    """Shapes of the bodies, if they are not all balls; its rows are those of `ids`."""
+    orientations: NDArray[np.float64] | None = None
+    """With `angular_velocities`, if anything turns."""
+    angular_velocities: NDArray[np.float64] | None = None
 
     @classmethod
     def of(cls, simulation: Simulation) -> Start:
         """Take down the state of a simulation that has not run yet."""
+        solids = simulation.solids
         ball = ~simulation.is_plane
+        if solids is not None:
+            # Surroundings are drawn by themselves, as planes are.
+            ball &= ~np.isin(simulation.ids, [mesh.id for mesh in solids.meshes])
+            solids = replace(solids, geometry_of=solids.geometry_of[ball], moments=solids.moments[ball])
+        spins = simulation.angular_velocities[ball]
+        turning = solids is not None or bool(spins.any())
         place = dict(zip(simulation.ids.tolist(), simulation.positions, strict=True))
         planes: list[dict[str, Any]] = []
         for plane in simulation.planes:
@@ -81,6 +94,9 @@ class Start:
             planes=planes,
             axes=simulation.axes,
             size=[0.0 if length is None else length for length in simulation.size],
+            solids=solids,
+            orientations=simulation.orientations[ball] if turning else None,
+            angular_velocities=spins if turning else None,
         )
 
 
@@ -145,6 +161,7 @@ def collect(folder: RunFolder, *, start: Start | None = None) -> dict[str, Any]:
         "replay_until": time_end if complete else max(start.time, last),
         "bodies": bodies,
         "planes": start.planes,
+        **_shapes(start),
         "impacts": impacts,
         "series": _series(folder, start.time),
         "summary": summary,
@@ -168,7 +185,41 @@ def _bodies(start: Start, names: dict[int, str]) -> dict[str, Any]:
         "position": _packed(start.positions[shown], "<f8"),
         "velocity": _packed(start.velocities[shown], "<f8"),
         "fixed": _packed(start.fixed[shown], "u1"),
+        **_turning(start, shown),
     }
+
+
+def _turning(start: Start, shown: slice) -> dict[str, Any]:
+    """How bodies stand and turn at the start; nothing if none does. A body of geometry −1 is a ball."""
+    if start.orientations is None or start.angular_velocities is None:
+        return {}
+    count = len(start.ids)
+    solids = start.solids
+    return {
+        "geometry": _packed(np.full(count, -1)[shown] if solids is None else solids.geometry_of[shown], "<i4"),
+        "moments": _packed(np.ones((count, 3))[shown] if solids is None else solids.moments[shown], "<f8"),
+        "orientation": _packed(start.orientations[shown], "<f8"),
+        "angular_velocity": _packed(start.angular_velocities[shown], "<f8"),
+    }
+
+
+def _shapes(start: Start) -> dict[str, Any]:
+    """The shapes, each once, and the surroundings; nothing where there are balls and planes only."""
+    if start.solids is None:
+        return {}
+    meshes = [
+        {
+            "id": mesh.id,
+            "vertices": _packed(mesh.vertices, "<f8"),
+            "triangles": _packed(mesh.triangles, "<i4"),
+            **{
+                name: getattr(mesh, name).tolist()
+                for name in ("position", "orientation", "velocity", "angular_velocity")
+            },
+        }
+        for mesh in start.solids.meshes
+    ]
+    return {"geometries": [geometry.to_dict() for geometry in start.solids.geometries], "meshes": meshes}
 
 
 def _impacts(folder: RunFolder, time_start: float) -> tuple[dict[str, Any], float]:
@@ -180,8 +231,7 @@ def _impacts(folder: RunFolder, time_start: float) -> tuple[dict[str, Any], floa
         missing -= len(chunks[-1]["time"])
         if missing == 0:
             break
-    nothing = impact_table.empty()
-    columns = {name: np.concatenate([column, *(chunk[name] for chunk in chunks)]) for name, column in nothing.items()}
+    columns = impact_table.joined(chunks)
     widths = {"a": "<i4", "b": "<i4", "kind": "u1"}
     last = float(columns["time"][-1]) if len(columns["time"]) else time_start
     # Both parts of the clock count: the difference is small where the clock is large.

@@ -16,6 +16,7 @@ import numpy as np
 from carom import _carom, checkpoint, impact_table
 from carom.errors import CaromError, CollapseError, RunFolderError, SceneError
 from carom.impact import Impact
+from carom.solids import Solids
 from carom.version import __version__
 
 if TYPE_CHECKING:
@@ -194,6 +195,11 @@ class Simulation:
         spec = self._scene.to_spec()
         return {name: spec[name] for name in ("domain", "materials")}
 
+    @functools.cached_property
+    def solids(self) -> Solids | None:
+        """Shapes and moments of inertia of the bodies that turn; None if there are balls and planes only."""
+        return Solids.of_engine(self._engine)
+
     @property
     def planes(self) -> list[dict[str, Any]]:
         """Planes and walls of the domain (negative ids): dicts with id, normal, offset, velocity, material."""
@@ -274,7 +280,7 @@ class Simulation:
         import pyarrow as pa
 
         self._collect()
-        schema = impact_table.arrow_schema()
+        schema = impact_table.arrow_schema(turning=impact_table.has_turns(self._chunks))
         return pa.Table.from_batches([impact_table.record_batch(chunk, schema) for chunk in self._chunks], schema)
 
     def take_impacts(self) -> dict[str, NDArray[Any]]:
@@ -284,10 +290,7 @@ class Simulation:
         """
         self._collect()
         chunks, self._chunks, self._structured = self._chunks, [], None
-        if len(chunks) == 1:
-            return chunks[0]
-        nothing = impact_table.empty()
-        return {name: np.concatenate([column, *(chunk[name] for chunk in chunks)]) for name, column in nothing.items()}
+        return chunks[0] if len(chunks) == 1 else impact_table.joined(chunks)
 
     def _collect(self) -> None:
         chunk = self._engine.take_impacts()

@@ -10,6 +10,8 @@ const VERTEX = /* glsl */ `
 in vec4 ball;      // centre and radius
 in vec3 tint;
 in float stripe;
+in vec4 turn;      // quaternion x y z w
+in float spins;
 uniform float pixel;   // size of a pixel: of the view (orthographic) or at distance 1 (perspective)
 uniform ivec2 struck;  // the two bodies of the impact being looked at
 uniform float apart;   // how far all others step back, 0 to 1: paler, and those in front smaller, down to nothing
@@ -20,6 +22,8 @@ flat out vec3 vCentre;
 flat out float vRadius;
 flat out vec3 vTint;
 flat out float vStripe;
+flat out vec4 vTurn;
+flat out float vSpins;
 flat out float vDim;
 flat out float vFront;
 void main() {
@@ -39,9 +43,11 @@ void main() {
   vRadius = radius;
   vTint = tint;
   vStripe = stripe;
+  vTurn = turn;
+  vSpins = spins;
   vDim = isStruck ? 0.0 : 0.8 * apart;
   vFront = isStruck && apart > 0.0 ? 1.0 : 0.0;
-  gl_Position = projectionMatrix * vec4(vPoint, 1.0);
+  gl_Position = radius > 0.0 ? projectionMatrix * vec4(vPoint, 1.0) : vec4(0.0, 0.0, 2.0, 1.0);
 }`;
 
 const FRAGMENT = /* glsl */ `
@@ -51,12 +57,15 @@ flat in vec3 vCentre;
 flat in float vRadius;
 flat in vec3 vTint;
 flat in float vStripe;
+flat in vec4 vTurn;
+flat in float vSpins;
 flat in float vDim;
 flat in float vFront;
 uniform mat4 projectionMatrix;
 uniform vec3 background;
 uniform vec3 ivory;
 out vec4 colour;
+float side(float x) { return clamp(x / max(fwidth(x), 1e-6), -1.0, 1.0); }
 void main() {
   float rho = length(vSquare);
   float soft = fwidth(rho);
@@ -75,11 +84,14 @@ void main() {
   vec3 light = normalize(vec3(-0.42, 0.62, 0.66));
   vec3 eye = isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(-hit);
 
+  // The same normal in the ball's own axes: what is painted on it turns with it.
+  vec3 inWorld = (vec4(n, 0.0) * viewMatrix).xyz;
+  vec3 own = inWorld + 2.0 * cross(-vTurn.xyz, cross(-vTurn.xyz, inWorld) + vTurn.w * inWorld);
+  float latitude = abs(own.y);
+  float tone = 0.5 - 0.5 * side(own.x) * side(own.y) * side(own.z);
   vec3 base = vTint;
-  if (vStripe > 0.5) {
-    float latitude = abs((vec4(n, 0.0) * viewMatrix).y);
-    base = mix(vTint, ivory, smoothstep(0.52, 0.52 + 2.0 * fwidth(latitude), latitude));
-  }
+  if (vStripe > 0.5) base = mix(vTint, ivory, smoothstep(0.52, 0.52 + 2.0 * fwidth(latitude), latitude));
+  else if (vSpins > 0.5) base = mix(vTint, mix(vTint, dot(vTint, vec3(1.0)) > 2.4 ? vec3(0.80, 0.30, 0.24) : ivory, 0.62), tone);
   float diffuse = pow(0.5 + 0.5 * dot(n, light), 1.35);
   float gloss = pow(max(dot(reflect(-light, n), eye), 0.0), 42.0);
   float rim = pow(1.0 - max(dot(n, eye), 0.0), 3.0);
@@ -120,12 +132,13 @@ export class Balls {
   private readonly place: InstancedBufferAttribute;
   private readonly tint: InstancedBufferAttribute;
   private readonly stripe: InstancedBufferAttribute;
+  private readonly turn: InstancedBufferAttribute;
   private readonly material: ShaderMaterial;
 
-  constructor(radii: Float64Array, colours: Float32Array, stripes: Float32Array) {
+  /** A radius of 0 is drawn as nothing. `spins`: which balls turn, so that they are painted in two tones. */
+  constructor(radii: Float64Array, colours: Float32Array, stripes: Float32Array, spins: Float32Array) {
     const n = radii.length;
     this.placed = new Float32Array(4 * n);
-    // A radius of 0 is drawn as nothing: rows that are no balls.
     for (let row = 0; row < n; row++) this.placed[4 * row + 3] = radii[row] > 0 ? radii[row] : 0;
     this.place = new InstancedBufferAttribute(this.placed, 4).setUsage(DynamicDrawUsage);
     this.tint = new InstancedBufferAttribute(colours, 3).setUsage(DynamicDrawUsage);
@@ -137,6 +150,10 @@ export class Balls {
     square.setAttribute("ball", this.place);
     square.setAttribute("tint", this.tint);
     square.setAttribute("stripe", this.stripe);
+    this.turn = new InstancedBufferAttribute(new Float32Array(4 * n), 4).setUsage(DynamicDrawUsage);
+    for (let row = 0; row < n; row++) this.turn.array[4 * row + 3] = 1;
+    square.setAttribute("turn", this.turn);
+    square.setAttribute("spins", new InstancedBufferAttribute(spins, 1));
 
     this.material = new ShaderMaterial({
       glslVersion: GLSL3,
@@ -178,6 +195,12 @@ export class Balls {
 
   moved(): void {
     this.place.needsUpdate = true;
+  }
+
+  /** Turns all balls as `orientations` (w, x, y, z) says. */
+  turned(orientations: Float64Array): void {
+    for (let i = 0; i < this.turn.array.length; i++) this.turn.array[i] = orientations[(i & ~3) + ((i + 1) & 3)];
+    this.turn.needsUpdate = true;
   }
 
   painted(): void {

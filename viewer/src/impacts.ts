@@ -19,16 +19,23 @@ export interface Party {
   radius: number;
   before: Vector;
   after: Vector;
+  /** Angular velocities (rad/s, world axes). */
+  spinBefore: Vector;
+  spinAfter: Vector;
 }
 
 export function bodyLabel(recording: Recording, row: number, id: number): string {
   if (row >= 0) {
     const name = recording.bodies.name?.[row];
-    return name ? name : `ball ${id}`;
+    const shape = recording.bodies.turning?.geometry[row] ?? -1;
+    const kind = shape < 0 ? "ball" : recording.geometries[shape].kind;
+    return name ? name : `${kind === "polyhedron" ? "body" : kind} ${id}`;
   }
   const walls = ["wall −x", "wall +x", "wall −y", "wall +y", "wall −z", "wall +z"];
   const plane = recording.planes.find((one) => one.id === id);
   if (plane?.name) return plane.name;
+  const mesh = recording.meshes.find((one) => one.id === id);
+  if (mesh) return mesh.name ?? `mesh ${id}`;
   return id < 0 ? (walls[-id - 1] ?? `wall ${id}`) : plane ? `plane ${id}` : `ball ${id}`;
 }
 
@@ -40,6 +47,8 @@ export function parties(recording: Recording, flight: Flight, impact: number): [
     radius: row >= 0 ? recording.bodies.radius[row] : 0,
     before: row >= 0 ? flight.velocityBefore(row, segment) : planeVelocity(recording, id),
     after: row >= 0 ? flight.velocityAfter(segment) : planeVelocity(recording, id),
+    spinBefore: row >= 0 ? flight.angularVelocityBefore(row, segment) : meshSpin(recording, id),
+    spinAfter: row >= 0 ? flight.angularVelocityAfter(segment) : meshSpin(recording, id),
   });
   const { a, b } = recording.impacts;
   return [
@@ -48,9 +57,14 @@ export function parties(recording: Recording, flight: Flight, impact: number): [
   ];
 }
 
-/** Velocity of a plane; not a number for a body that is not on the page. */
+/** Velocity of a plane or a mesh; not a number for a body that is not on the page. */
 function planeVelocity(recording: Recording, id: number): Vector {
-  return recording.planes.find((plane) => plane.id === id)?.velocity ?? (id < 0 ? [0, 0, 0] : [NaN, NaN, NaN]);
+  const found = [...recording.planes, ...recording.meshes].find((one) => one.id === id);
+  return found?.velocity ?? (id < 0 ? [0, 0, 0] : [NaN, NaN, NaN]);
+}
+
+function meshSpin(recording: Recording, id: number): Vector {
+  return recording.meshes.find((mesh) => mesh.id === id)?.angularVelocity ?? [0, 0, 0];
 }
 
 /**
@@ -89,18 +103,14 @@ export class ImpactOverlay {
     const { impacts } = this.recording;
     const pair = parties(this.recording, this.flight, impact);
     const places = pair.map((party) => (party.row >= 0 ? this.stage.drawnPosition(party.row) : null));
-    // The contact as drawn: on the surface of a ball, wherever its periodic image is shown.
+    // The contact as drawn: wherever the periodic image of the body is that is shown.
     const normal = AXES.map((k) => impacts.normal[3 * impact + k]) as Vector;
     const anchor = pair[0].row >= 0 && pair[0].radius > 0 ? 0 : 1;
-    const side = anchor === 0 ? -1 : 1;
-    const segment = anchor === 0 ? this.flight.segmentA[impact] : this.flight.segmentB[impact];
     const drawnAnchor = places[anchor];
     const contact = AXES.map((k) => {
-      const atContact = segment >= 0 ? this.flight.position[3 * segment + k] : impacts.point[3 * impact + k];
-      const image = drawnAnchor && this.flight.period[k] > 0
-        ? this.flight.period[k] * Math.round((drawnAnchor[k] - atContact) / this.flight.period[k])
-        : 0;
-      return atContact + image + side * pair[anchor].radius * normal[k];
+      const at = impacts.point[3 * impact + k];
+      const period = this.flight.period[k];
+      return at + (drawnAnchor && period > 0 ? period * Math.round((drawnAnchor[k] - at) / period) : 0);
     }) as Vector;
 
     const pixel = this.stage.pixelAt(contact);

@@ -128,7 +128,7 @@ function show(recording: Recording): void {
     host.style.setProperty("--aspect", String(Math.min(Math.max(stage.aspect, 0.9), 1.9)));
   }
   const key = element("div", { class: "key", hidden: true },
-    ...(stage?.crowd && !stage.view.flat ? [element("span", { class: "plain" }, "balls in front left out")] : []),
+    ...(stage?.crowd && !stage.view.flat ? [element("span", { class: "plain" }, recording.geometries.length > 0 ? "bodies in front left out" : "balls in front left out")] : []),
     ...[["before", "velocity before"], ["after", "after"], ["normal", "normal, b to a"]].map(([kind, words]) => element("span", { class: kind }, words)));
   const hover = element("div", { class: "hover", hidden: true });
   host.append(key, hover);
@@ -196,8 +196,9 @@ function show(recording: Recording): void {
     if (row < 0) return;
     const id = recording.bodies.id[row];
     const v = flight.velocityAt(row, clock.time);
+    const spin = Math.hypot(...flight.angularVelocityAt(row, clock.time));
     const label = bodyLabel(recording, row, id);
-    setText(hover, `${label}${recording.bodies.name?.[row] ? ` (id ${id})` : ""} · ${short(Math.hypot(v[0], v[1], v[2]), 3)} m/s`);
+    setText(hover, `${label}${recording.bodies.name?.[row] ? ` (id ${id})` : ""} · ${short(Math.hypot(v[0], v[1], v[2]), 3)} m/s${spin > 0 ? ` · ${short(spin, 3)} rad/s` : ""}`);
     const box = host.getBoundingClientRect();
     hover.style.transform = `translate(${Math.min(event.clientX - box.left + 14, box.width - 190)}px, ${event.clientY - box.top + 14}px)`;
   });

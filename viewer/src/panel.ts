@@ -215,6 +215,11 @@ export class Inspector {
       shown.title = `(${v.join(", ")}) m/s`;
       return shown;
     };
+    const spin = (w: number[]) => {
+      const shown = numeric(short(Math.hypot(...w), 4), Math.hypot(...w));
+      shown.title = `(${w.join(", ")}) rad/s`;
+      return shown;
+    };
     const n = [0, 1, 2].map((k) => impacts.normal[3 * impact + k]);
     this.root.replaceChildren(
       element("h2", {}, `Impact ${count(impact + 1)}`, element("span", { class: "unit" }, ` ${impacts.kinds[impacts.kind[impact]] ?? ""}`)),
@@ -232,7 +237,11 @@ export class Inspector {
           ...pair.map((party, i) => element("th", { scope: "col", title: `id ${party.id}` }, element("span", { class: "muted" }, i === 0 ? "a " : "b "), party.label)))),
         element("tbody", {},
           element("tr", {}, element("th", { scope: "row" }, "before"), ...pair.map((party) => element("td", {}, speed(party.before)))),
-          element("tr", {}, element("th", { scope: "row" }, "after"), ...pair.map((party) => element("td", {}, speed(party.after)))))),
+          element("tr", {}, element("th", { scope: "row" }, "after"), ...pair.map((party) => element("td", {}, speed(party.after))))),
+        ...(this.recording.bodies.turning ? [element("tbody", {},
+          element("tr", {}, element("th", { scope: "rowgroup", colspan: 3, class: "caption" }, "Angular speed, rad/s")),
+          element("tr", {}, element("th", { scope: "row" }, "before"), ...pair.map((party) => element("td", {}, spin(party.spinBefore)))),
+          element("tr", {}, element("th", { scope: "row" }, "after"), ...pair.map((party) => element("td", {}, spin(party.spinAfter)))))] : [])),
     );
   }
 }

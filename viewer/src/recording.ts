@@ -8,17 +8,80 @@ export const AXES: readonly Axis[] = [0, 1, 2];
 export type Vector = [number, number, number];
 export type AxisKind = "open" | "walls" | "periodic";
 
+/** A unit quaternion (w, x, y, z). */
+export type Quaternion = [number, number, number, number];
+export type PartKind = "ball" | "polyhedron" | "capsule" | "cylinder" | "ellipsoid";
+
+/** A convex part of a body; which of the lengths it has depends on its kind. */
+export interface Part {
+  kind: PartKind;
+  /** Origin of its frame, seen from the body's centre of mass, and its frame to the shape's. */
+  position: Vector;
+  orientation: Quaternion;
+  radius: number;
+  /** Of a cylinder, or the straight part of a capsule, along its z axis. */
+  length: number;
+  semiAxes: Vector;
+  vertices: Vector[];
+  /** The corners of each face in a loop, counter-clockwise seen from outside. */
+  faces: number[][];
+}
+
+/** A shape that bodies share, in a frame with its origin at the centre of mass. */
+export interface Geometry {
+  /** That of its part, or "compound". */
+  kind: string;
+  /** Largest distance of a point from the centre of mass. */
+  radius: number;
+  /** Principal axes to the shape's frame. */
+  principalAxes: Quaternion;
+  parts: Part[];
+}
+
+/** Surroundings of triangles, which stand still or move at constant velocities. */
+export interface Surroundings {
+  id: number;
+  name: string | null;
+  vertices: Float64Array;
+  triangles: Int32Array;
+  position: Vector;
+  orientation: Quaternion;
+  velocity: Vector;
+  angularVelocity: Vector;
+}
+
+/** How bodies stand and turn at the start. */
+export interface Turning {
+  /** Which of the recording's geometries each body has; −1 for a ball. */
+  geometry: Int32Array;
+  /** Principal moments of inertia; infinite where the motion is prescribed. */
+  moments: Float64Array;
+  /** The shape's frame to world. */
+  orientation: Float64Array;
+  /** World axes (rad/s). */
+  angularVelocity: Float64Array;
+}
+
+/** How A and B of each impact stand and turn right after it. */
+export interface Turns {
+  orientation: [Float64Array, Float64Array];
+  angularVelocity: [Float64Array, Float64Array];
+}
+
 export interface Bodies {
-  /** Balls of the run; `count` of them are here. */
+  /** Bodies of the run but for planes and meshes; `count` of them are here. */
   total: number;
   count: number;
   id: Int32Array;
   name: (string | null)[] | null;
+  /** Of a ball; of another shape the largest distance from its centre of mass. */
   radius: Float64Array;
   mass: Float64Array;
   position: Float64Array;
   velocity: Float64Array;
   fixed: Uint8Array;
+  /** Null where nothing but balls without spin is. */
+  turning: Turning | null;
 }
 
 export interface Plane {
@@ -50,6 +113,8 @@ export interface Impacts {
   impulse: Float64Array;
   restitution: Float64Array;
   energyLost: Float64Array;
+  /** Null in a recording of balls, and in one that leaves them to the law of impact. */
+  turns: Turns | null;
 }
 
 export interface Series {
@@ -75,7 +140,10 @@ export interface Recording {
   /** The replay is complete from 0 to here. */
   replayUntil: number;
   bodies: Bodies;
+  /** The shapes, each once. */
+  geometries: Geometry[];
   planes: Plane[];
+  meshes: Surroundings[];
   impacts: Impacts;
   series: Series;
   summary: Record<string, unknown>;
@@ -108,6 +176,13 @@ function vector(value: unknown, where: string): Vector {
     throw new RecordingError(`${where} is not three numbers`);
   }
   return value as Vector;
+}
+
+function quaternion(value: unknown, where: string): Quaternion {
+  if (!Array.isArray(value) || value.length !== 4 || value.some((x) => typeof x !== "number")) {
+    throw new RecordingError(`${where} is not four numbers`);
+  }
+  return value as Quaternion;
 }
 
 function bytes(text: unknown, where: string): ArrayBuffer {
@@ -151,6 +226,67 @@ function parseBodies(from: Fields): Bodies {
     position: packed(from, "position", where, Float64Array, 3 * count),
     velocity: packed(from, "velocity", where, Float64Array, 3 * count),
     fixed: packed(from, "fixed", where, Uint8Array, count),
+    turning: from.orientation === undefined ? null : {
+      geometry: packed(from, "geometry", where, Int32Array, count),
+      moments: packed(from, "moments", where, Float64Array, 3 * count),
+      orientation: packed(from, "orientation", where, Float64Array, 4 * count),
+      angularVelocity: packed(from, "angular_velocity", where, Float64Array, 3 * count),
+    },
+  };
+}
+
+const PART_KINDS: readonly string[] = ["ball", "polyhedron", "capsule", "cylinder", "ellipsoid"];
+
+function parsePart(value: unknown, where: string): Part {
+  const from = fields(value, where);
+  const kind = String(from.kind);
+  if (!PART_KINDS.includes(kind)) throw new RecordingError(`${where}.kind is none of ${PART_KINDS.join(", ")}`);
+  const part: Part = {
+    kind: kind as PartKind,
+    position: vector(from.position, `${where}.position`),
+    orientation: quaternion(from.orientation, `${where}.orientation`),
+    radius: 0, length: 0, semiAxes: [0, 0, 0], vertices: [], faces: [],
+  };
+  if (kind === "polyhedron") {
+    part.vertices = list(from, "vertices", where).map((at, i) => vector(at, `${where}.vertices[${i}]`));
+    part.faces = list(from, "faces", where).map((face, i) => {
+      const whole = (corner: unknown) => Number.isInteger(corner) && part.vertices[corner as number] !== undefined;
+      if (!Array.isArray(face) || face.length < 3 || !face.every(whole)) throw new RecordingError(`${where}.faces[${i}] is not a loop of vertices`);
+      return face as number[];
+    });
+  } else if (kind === "ellipsoid") {
+    part.semiAxes = vector(from.semi_axes, `${where}.semi_axes`);
+  } else {
+    part.radius = number(from, "radius", where);
+    if (kind !== "ball") part.length = number(from, "length", where);
+  }
+  return part;
+}
+
+function parseGeometry(value: unknown, index: number): Geometry {
+  const where = `geometries[${index}]`;
+  const from = fields(value, where);
+  return {
+    kind: String(from.kind),
+    radius: number(from, "radius", where),
+    principalAxes: quaternion(from.principal_axes, `${where}.principal_axes`),
+    parts: list(from, "parts", where).map((part, i) => parsePart(part, `${where}.parts[${i}]`)),
+  };
+}
+
+function parseMesh(value: unknown, index: number): Surroundings {
+  const where = `meshes[${index}]`;
+  const from = fields(value, where);
+  const unpacked = <T>(name: string, type: { new (buffer: ArrayBuffer): T }) => new type(bytes(from[name], `${where}.${name}`));
+  return {
+    id: number(from, "id", where),
+    name: typeof from.name === "string" && from.name !== "" ? from.name : null,
+    vertices: unpacked("vertices", Float64Array),
+    triangles: unpacked("triangles", Int32Array),
+    position: vector(from.position, `${where}.position`),
+    orientation: quaternion(from.orientation, `${where}.orientation`),
+    velocity: vector(from.velocity, `${where}.velocity`),
+    angularVelocity: vector(from.angular_velocity, `${where}.angular_velocity`),
   };
 }
 
@@ -173,6 +309,10 @@ function parseImpacts(from: Fields): Impacts {
     impulse: column("impulse"),
     restitution: column("restitution"),
     energyLost: column("energy_lost"),
+    turns: from.orientation_a === undefined ? null : {
+      orientation: [packed(from, "orientation_a", where, Float64Array, 4 * count), packed(from, "orientation_b", where, Float64Array, 4 * count)],
+      angularVelocity: [packed(from, "angular_velocity_a", where, Float64Array, 3 * count), packed(from, "angular_velocity_b", where, Float64Array, 3 * count)],
+    },
   };
 }
 
@@ -218,7 +358,7 @@ export function parseRecording(text: string): Recording {
     throw new RecordingError("domain.axes is not three of open, walls, periodic");
   }
   const timeStart = number(data, "time_start", "the data");
-  return {
+  const recording: Recording = {
     title: typeof data.title === "string" && data.title !== "" ? data.title : "Untitled run",
     version: typeof data.version === "string" ? data.version : "",
     dimensions: number(data, "dimensions", "the data"),
@@ -229,11 +369,16 @@ export function parseRecording(text: string): Recording {
     duration: Math.max(0, number(data, "time_end", "the data") - timeStart),
     replayUntil: Math.max(0, number(data, "replay_until", "the data") - timeStart),
     bodies: parseBodies(fields(data.bodies, "bodies")),
+    geometries: data.geometries === undefined ? [] : list(data, "geometries", "the data").map(parseGeometry),
     planes: list(data, "planes", "the data").map(parsePlane),
+    meshes: data.meshes === undefined ? [] : list(data, "meshes", "the data").map(parseMesh),
     impacts: parseImpacts(fields(data.impacts, "impacts")),
     series: parseSeries(fields(data.series, "series")),
     summary: typeof data.summary === "object" && data.summary !== null ? (data.summary as Fields) : {},
   };
+  const shapes = recording.geometries.length;
+  if (recording.bodies.turning?.geometry.some((shape) => shape >= shapes)) throw new RecordingError("bodies.geometry names a shape that is not there");
+  return recording;
 }
 
 /** The row of each body by its id. */

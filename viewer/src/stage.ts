@@ -9,7 +9,11 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { Balls } from "./balls";
 import { Palette, parseColour, themeColour, type Colouring } from "./colours";
 import { wrap, type Flight } from "./flight";
-import { AXES, type Axis, type Recording, type Vector } from "./recording";
+import { AXES, type Axis, type Quaternion as Turn, type Recording, type Vector } from "./recording";
+import { rotated } from "./quaternions";
+import { FloorShadows } from "./shadows";
+import { Solids } from "./solids";
+import { Walls } from "./walls";
 
 // Colours go to the screen as they are written in the style sheet.
 ColorManagement.enabled = false;
@@ -48,6 +52,16 @@ export function chooseView(recording: Recording, flight: Flight): View {
     }
     for (let i = 0; i < impacts.count; i++) include(impacts.point[3 * i + k], k, 0);
     if (flight.velocity.some((v, i) => i % 3 === k && v !== 0) || gravity[k] !== 0) still[k] = false;
+    // What has a shape is to be seen from a corner, unless it is the plane that has everything; so are balls that spin.
+    const solid = recording.meshes.length > 0 || (bodies.turning?.geometry.some((shape) => shape >= 0) ?? false);
+    const spins = flight.angularVelocity.some((w, i) => i % 3 !== k && w !== 0);
+    if (recording.dimensions === 3 ? solid || spins : k !== 2 && solid) still[k] = false;
+  }
+  for (const mesh of recording.meshes) {
+    for (let i = 0; i < mesh.vertices.length; i += 3) {
+      const at = rotated(mesh.orientation, [mesh.vertices[i], mesh.vertices[i + 1], mesh.vertices[i + 2]]);
+      for (const k of AXES) include(mesh.position[k] + at[k], k, 0);
+    }
   }
   if (!Number.isFinite(low[0])) for (const k of AXES) { low[k] = -1; high[k] = 1; }
 
@@ -99,9 +113,13 @@ export class Stage {
   private readonly camera: OrthographicCamera | PerspectiveCamera;
   private readonly controls: OrbitControls;
   private readonly balls: Balls;
+  private readonly solids: Solids;
+  private readonly walls: Walls;
+  private readonly shadows: FloorShadows;
   private readonly furniture = new Group();
   private readonly planes: { slab: Object3D; normal: Vector3; velocity: Vector3; start: Vector3 }[] = [];
   private readonly positions: Float64Array;
+  private readonly orientations: Float64Array;
   private readonly centre: Vector3;
   private readonly radius: number;
   private readonly right: Vector3;
@@ -126,6 +144,7 @@ export class Stage {
     this.colouring = this.palette.start;
     this.crowd = recording.bodies.count > 40;
     this.positions = new Float64Array(3 * recording.bodies.count);
+    this.orientations = new Float64Array(recording.bodies.turning ? 4 * recording.bodies.count : 0);
 
     const { low, high, flat } = this.view;
     this.centre = new Vector3(...AXES.map((k) => (low[k] + high[k]) / 2) as Vector);
@@ -158,8 +177,13 @@ export class Stage {
     // All is drawn about the middle of the scene, so that 32-bit numbers suffice wherever the scene lies.
     this.furniture.position.copy(this.centre).negate();
     this.scene.add(this.furniture);
-    this.balls = new Balls(recording.bodies.radius, this.palette.colours, this.palette.stripes);
-    this.scene.add(this.balls.mesh, this.balls.shadows);
+    this.solids = new Solids(recording, this.palette.colours);
+    this.walls = new Walls(recording.meshes, this.centre);
+    this.shadows = new FloorShadows(recording, this.centre);
+    this.shadows.group.visible = !flat;
+    const radii = recording.bodies.radius.map((radius, row) => (this.solids.has(row) ? 0 : radius));
+    this.balls = new Balls(radii, this.palette.colours, this.palette.stripes, spinning(recording, flight));
+    this.scene.add(this.balls.mesh, this.balls.shadows, this.solids.group, this.walls.group, this.shadows.group);
     if (this.isTable()) this.balls.castShadows(axis.clone().negate(), this.right, this.up);
     this.hasPaths = !flight.period.some((p) => p > 0) && flight.time.length <= MOST_PATHS && flight.time.length > 0;
     this.restyle();
@@ -181,6 +205,8 @@ export class Stage {
   restyle(): void {
     this.palette.paint(this.colouring, 0);
     this.balls.painted();
+    this.solids.painted();
+    this.walls.paint(themeColour("wall"), themeColour("edge"));
     this.furniture.clear();
     this.planes.length = 0;
     this.background.setRGB(...parseColour(themeColour(this.isTable() && this.palette.pool ? "felt" : "stage")));
@@ -495,18 +521,21 @@ export class Stage {
     const near = new Vector3((2 * x) / this.width - 1, 1 - (2 * y) / this.height, -1).unproject(this.camera);
     const ray = new Vector3((2 * x) / this.width - 1, 1 - (2 * y) / this.height, 1).unproject(this.camera).sub(near).normalize();
     const { placed } = this.balls;
+    const { radius: radii } = this.recording.bodies;
     let found = -1;
     let first = Infinity;
     for (let row = 0; row < this.recording.bodies.count; row++) {
       const i = 4 * row;
+      const solid = this.solids.has(row);
       const dx = placed[i] - near.x;
       const dy = placed[i + 1] - near.y;
       const dz = placed[i + 2] - near.z;
       const along = dx * ray.x + dy * ray.y + dz * ray.z;
       const aside = dx * dx + dy * dy + dz * dz - along * along;
-      const radius = placed[i + 3];
+      const radius = solid ? radii[row] : placed[i + 3];
       if (aside > radius * radius) continue;
-      const hit = along - Math.sqrt(radius * radius - aside);
+      const stands = [0, 1, 2, 3].map((k) => this.orientations[i + k]) as Turn;
+      const hit = solid ? this.solids.hit(row, stands, [-dx, -dy, -dz], [ray.x, ray.y, ray.z]) : along - Math.sqrt(radius * radius - aside);
       if (hit < first) {
         first = hit;
         found = row;
@@ -527,7 +556,9 @@ export class Stage {
       const { placed } = this.balls;
       return new Vector3(placed[4 * row], placed[4 * row + 1], placed[4 * row + 2]).sub(this.camera.position).dot(eye);
     });
-    this.balls.set(this.pixelSize(), this.apart > 0 || struck ? this.pickedOut : [-1, -1], this.apart, Math.max(...depths), this.background);
+    for (const drawn of [this.balls, this.solids]) {
+      drawn.set(this.pixelSize(), this.apart > 0 || struck ? this.pickedOut : [-1, -1], this.apart, Math.max(...depths), this.background);
+    }
   }
 
   /** Where body `row` was last drawn. */
@@ -556,9 +587,17 @@ export class Stage {
       placed[4 * row + 2] = this.positions[3 * row + 2] - z;
     }
     this.balls.moved();
+    if (this.recording.bodies.turning) {
+      this.flight.orientationsAt(time, this.orientations);
+      this.balls.turned(this.orientations);
+      this.solids.move(this.positions, this.orientations, this.centre);
+    }
+    this.walls.move(time);
+    this.shadows.move(this.positions, time, this.apart);
     if (this.colouring === "speed" && this.paintedAt !== time) {
       this.palette.paint("speed", time);
       this.balls.painted();
+      this.solids.painted();
       this.paintedAt = time;
     }
     for (const { slab, normal, velocity, start } of this.planes) {
@@ -574,6 +613,14 @@ export class Stage {
     }
     this.renderer.render(this.scene, this.camera);
   }
+}
+
+/** 1 for each ball that ever turns. */
+function spinning({ bodies }: Recording, flight: Flight): Float32Array {
+  return Float32Array.from({ length: bodies.count }, (_, row) => {
+    const spins = flight.angularVelocity.subarray(3 * flight.first[row], 3 * flight.first[row + 1]);
+    return spins.some((w) => w !== 0) ? 1 : 0;
+  });
 }
 
 function roundedRectangle<T extends Outline>(path: T, x: number, y: number, round: number): T {

@@ -9,6 +9,7 @@ import { chromium, type Browser, type Page } from "playwright-core";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
 import { BUILT, pageWith, PLACEHOLDER } from "./pages";
 import { bouncingBall, gas, piston, poolBreak, rain, record, twoBalls } from "./samples";
+import { dice, funnel, gallery, recordSolids, rodStruck, spinningPool, thousand } from "./solids";
 
 const shots = new URL("../shots/", import.meta.url).pathname;
 const folder = mkdtempSync(join(tmpdir(), "carom-page-"));
@@ -173,8 +174,40 @@ describe("the built page", () => {
     await page.context().close();
   });
 
+  it("turns what is struck, and says how fast", async () => {
+    const { page, trouble } = await open(pageWith(recordSolids(rodStruck())), { still: true });
+    await page.locator(".strip").waitFor();
+    const canvas = page.locator(".stage canvas");
+    await page.keyboard.press("Home");
+    await page.keyboard.press("ArrowRight");
+    await expect.poll(() => page.locator(".inspector h2").textContent()).toContain("ball-side");
+    // Angular speeds of ball and rod: 0 and 0 before, 0 and 4.8 rad/s after.
+    const speeds = await page.locator(".speeds [data-full]").evaluateAll((cells) => cells.map((cell) => Number((cell as HTMLElement).dataset.full)));
+    expect(speeds.slice(0, 4)).toEqual([2, 0, expect.closeTo(1.2, 12), expect.closeTo(0.8, 12)]);
+    expect(speeds.slice(4)).toEqual([0, 0, 0, expect.closeTo(4.8, 12)]);
+    // Pointing at the rod names it, with its speeds.
+    const box = (await canvas.boundingBox())!;
+    await page.mouse.move(box.x + box.width * 0.463, box.y + box.height * 0.52);
+    await expect.poll(() => page.locator(".hover").textContent()).toBe("rod (id 1) · 0.8 m/s · 4.8 rad/s");
+    expect(trouble).toEqual([]);
+    await page.context().close();
+  });
+
+  it("draws a thousand polyhedra in a few calls", async () => {
+    const { page, trouble } = await open(pageWith(recordSolids(thousand())), { still: true });
+    await page.locator(".strip").waitFor();
+    await page.keyboard.press("Home");
+    for (let i = 0; i < 3; i++) await page.keyboard.press("ArrowRight");
+    await expect.poll(() => page.locator(".inspector h2").textContent()).toContain("Impact 3");
+    await page.waitForTimeout(1000);
+    await page.screenshot({ path: join(shots, "thousand-impact-light.png") });
+    expect(trouble).toEqual([]);
+    await page.context().close();
+  });
+
   const sights: [string, unknown][] = [
     ["pool", record(poolBreak())], ["two_balls", record(twoBalls)], ["bouncing", record(bouncingBall)], ["piston", record(piston)], ["gas", record(gas())],
+    ["shapes", recordSolids(gallery())], ["dice", recordSolids(dice())], ["funnel", recordSolids(funnel())], ["spin", recordSolids(spinningPool())],
   ];
   it.each(sights)("looks right: %s", async (name, recording) => {
     const html = pageWith(recording);

@@ -10,6 +10,12 @@ mod spec;
 
 use pyo3::prelude::*;
 
+/// The names of the kinds of impact, by number.
+#[pyfunction]
+fn kinds() -> Vec<&'static str> {
+    carom::event::Kind::ALL.iter().map(|kind| kind.name()).collect()
+}
+
 #[pymodule]
 fn _carom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
@@ -26,6 +32,7 @@ fn _carom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(geometry::check_inertia, module)?)?;
     module.add_function(wrap_pyfunction!(spec::lattice_sites, module)?)?;
     module.add_function(wrap_pyfunction!(spec::placed_solids, module)?)?;
+    module.add_function(wrap_pyfunction!(kinds, module)?)?;
     module.add_function(wrap_pyfunction!(pair::collide, module)?)?;
     module.add_function(wrap_pyfunction!(pair::resolve, module)?)?;
     module.add_function(wrap_pyfunction!(pair::classify, module)?)?;
