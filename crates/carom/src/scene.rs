@@ -353,8 +353,7 @@ impl Scene {
         let speeds = balls.velocities.iter().chain(planes.iter().map(|plane| &plane.velocity));
         let of_solid =
             |solid: &SolidBody| solid.velocity.length() + solid.angular_velocity.length() * solid.geometry.radius;
-        let fastest =
-            speeds.map(|velocity| velocity.length()).chain(solids.iter().map(of_solid)).fold(0.0, f64::max);
+        let fastest = speeds.map(|velocity| velocity.length()).chain(solids.iter().map(of_solid)).fold(0.0, f64::max);
         let fastest = fastest.max((self.gravity.length() * smallest).sqrt());
         let crossing = smallest / fastest;
         if crossing.is_finite() && crossing > 0.0 { Clock::with_span(32.0 * crossing) } else { Clock::with_span(1.0) }
