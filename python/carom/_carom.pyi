@@ -96,6 +96,18 @@ class Engine:
     @property
     def is_plane(self) -> NDArray[np.bool_]: ...
     @property
+    def geometries(self) -> list[Geometry]:
+        """The different shapes of bodies that turn, each once."""
+    @property
+    def geometry_of(self) -> NDArray[np.int64]:
+        """Which of them each body has; -1 for balls and planes."""
+    @property
+    def moments(self) -> _Floats:
+        """Principal moments of inertia (n, 3), kg m²; inf for fixed bodies and planes."""
+    @property
+    def meshes(self) -> list[dict[str, Any]]:
+        """Surroundings of triangles."""
+    @property
     def planes(self) -> list[dict[str, Any]]:
         """Planes and walls of the domain (negative ids), each a dict with id, normal, offset, velocity, material."""
     @property

@@ -1,5 +1,7 @@
 //! One simulation.
 
+use std::sync::Arc;
+
 use carom::DVec3;
 use carom::record::Impact;
 use carom::scene::Scene;
@@ -12,6 +14,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 
 use crate::errors;
+use crate::geometry::Geometry;
 use crate::spec::Spec;
 
 /// Events between two looks for Ctrl-C: some 10 ms.
@@ -33,16 +36,18 @@ pub struct Engine {
     shrink_factor: f64,
     overlaps: usize,
     deepest_overlap: f64,
+    geometries: Vec<Py<Geometry>>,
 }
 
 impl Engine {
     fn new_from(spec: Spec, py: Python<'_>, checkpoint: Option<&[u8]>) -> PyResult<Self> {
+        let Spec { scene, duration, record, geometries } = spec;
         let built = py.detach(|| {
-            let (world, report) = spec.scene.build()?;
+            let (world, report) = scene.build()?;
             let rows = rows(&world);
             let simulation = match checkpoint {
-                None => Simulation::new(world, spec.record),
-                Some(bytes) => Simulation::restore(world, bytes, spec.record)?,
+                None => Simulation::new(world, record),
+                Some(bytes) => Simulation::restore(world, bytes, record)?,
             };
             Ok((simulation, rows, report))
         });
@@ -50,10 +55,11 @@ impl Engine {
         Ok(Self {
             simulation,
             rows,
-            end: spec.scene.start_time + spec.duration,
+            end: scene.start_time + duration,
             shrink_factor: report.shrink_factor,
             overlaps: report.overlaps,
             deepest_overlap: report.deepest_overlap,
+            geometries,
         })
     }
 
@@ -198,14 +204,15 @@ impl Engine {
         self.column(py, |ball| self.world().bodies[ball].mass, |_| f64::INFINITY)
     }
 
-    /// Moments of inertia about the centre (kg m²); inf for fixed bodies and planes, that of a solid ball where no ball of
-    /// the scene has a spin or an orientation.
+    /// Moments of inertia of balls about the centre (kg m²); inf for fixed bodies and planes, that of a solid ball where no ball
+    /// of the scene has a spin or an orientation, nan for bodies of other shapes, which have `moments`.
     #[getter]
     fn inertias<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let world = self.world();
         let gyration = if world.dimensions == 2 { 0.5 } else { 0.4 };
         let of_ball = |ball: usize| match &world.spin {
             _ if world.is_fixed(ball) => f64::INFINITY,
+            _ if world.turning_body(ball).is_some() => f64::NAN,
             Some(spin) => spin.inertia[ball],
             None => gyration * world.bodies[ball].mass * world.radii[ball] * world.radii[ball],
         };
@@ -226,6 +233,45 @@ impl Engine {
     #[getter]
     fn is_plane<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         self.column(py, |_| false, |_| true)
+    }
+
+    /// The different shapes of bodies that turn, each once.
+    #[getter]
+    fn geometries(&self, py: Python<'_>) -> Vec<Py<Geometry>> {
+        self.geometries.iter().map(|geometry| geometry.clone_ref(py)).collect()
+    }
+
+    /// Which of them each body has; -1 for balls and planes.
+    #[getter]
+    fn geometry_of<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        let of_ball = |row: usize| {
+            let body = self.world().turning_body(row);
+            let shape = body.and_then(|body| {
+                self.geometries.iter().position(|geometry| Arc::ptr_eq(&geometry.get().body, &body.geometry))
+            });
+            shape.map_or(-1, |place| place as i64)
+        };
+        self.column(py, of_ball, |_| -1)
+    }
+
+    /// Principal moments of inertia (kg m²); inf for fixed bodies and planes.
+    #[getter]
+    fn moments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let world = self.world();
+        let gyration = if world.dimensions == 2 { 0.5 } else { 0.4 };
+        let of_ball = |ball: usize| match (world.turning_body(ball), &world.spin) {
+            _ if world.is_fixed(ball) => DVec3::INFINITY,
+            (Some(body), _) => body.moments,
+            (None, Some(spin)) => DVec3::splat(spin.inertia[ball]),
+            (None, None) => DVec3::splat(gyration * world.bodies[ball].mass * world.radii[ball] * world.radii[ball]),
+        };
+        self.vectors(py, of_ball, |_| DVec3::INFINITY)
+    }
+
+    /// Surroundings of triangles; nothing meets them yet, so that no scene has any.
+    #[getter]
+    fn meshes<'py>(&self, py: Python<'py>) -> Bound<'py, PyList> {
+        PyList::empty(py)
     }
 
     /// Planes of the scene and walls of the domain (negative ids), as dicts.
@@ -353,6 +399,14 @@ impl Engine {
         columns.set_item("impulse", table.impulse.into_pyarray(py))?;
         columns.set_item("restitution", table.restitution.into_pyarray(py))?;
         columns.set_item("energy_lost", table.energy_lost.into_pyarray(py))?;
+        if self.world().turning.is_some() {
+            let names = [("orientation_a", "angular_velocity_a"), ("orientation_b", "angular_velocity_b")];
+            for ((orientation, angular_velocity), turns) in names.into_iter().zip(table.turns) {
+                let rows = turns.orientation.len() / 4;
+                columns.set_item(orientation, turns.orientation.into_pyarray(py).reshape([rows, 4])?)?;
+                columns.set_item(angular_velocity, array2(py, turns.angular_velocity)?)?;
+            }
+        }
         Ok(columns)
     }
 

@@ -20,6 +20,8 @@ pub struct Spec {
     pub scene: Scene,
     pub duration: f64,
     pub record: bool,
+    /// The different shapes of bodies that turn, each once.
+    pub geometries: Vec<Py<Geometry>>,
 }
 
 /// A dict whose entries are read by name.
@@ -125,7 +127,12 @@ impl Spec {
             solid_fills: solid_fills.iter().map(|value| solid_fill(value, &geometries)).collect::<PyResult<_>>()?,
             shrink_overlaps: entries.find("shrink_overlaps")?,
         };
-        Ok(Self { scene, duration: entries.get("duration")?, record: entries.find("record_impacts")?.unwrap_or(true) })
+        Ok(Self {
+            scene,
+            duration: entries.get("duration")?,
+            record: entries.find("record_impacts")?.unwrap_or(true),
+            geometries: entries.find("geometries")?.unwrap_or_default(),
+        })
     }
 }
 

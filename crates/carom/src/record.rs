@@ -82,6 +82,17 @@ pub struct ImpactTable {
     pub restitution: Vec<f64>,
     /// J.
     pub energy_lost: Vec<f64>,
+    /// How A and B are oriented and turn right after; without rows where no body of the scene turns.
+    pub turns: [Turns; 2],
+}
+
+/// How one of the bodies of each impact is oriented and turns right after it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Turns {
+    /// Unit quaternions (w, x, y, z), the frame in which the shape was given to world, four numbers a row; 1, 0, 0, 0 of a plane.
+    pub orientation: Vec<f64>,
+    /// World axes, three numbers a row (rad/s); 0 of a plane.
+    pub angular_velocity: Vec<f64>,
 }
 
 impl ImpactTable {
@@ -101,6 +112,14 @@ impl ImpactTable {
         self.impulse.push(impact.impulse);
         self.restitution.push(impact.restitution);
         self.energy_lost.push(impact.energy_lost);
+    }
+
+    /// Adds how A and B of the last row are oriented and turn.
+    pub fn push_turns(&mut self, turns: [([f64; 4], DVec3); 2]) {
+        for (columns, (orientation, angular_velocity)) in self.turns.iter_mut().zip(turns) {
+            columns.orientation.extend_from_slice(&orientation);
+            columns.angular_velocity.extend_from_slice(&angular_velocity.to_array());
+        }
     }
 
     /// How many rows there are.

@@ -8,6 +8,7 @@ mod turning_impact;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use glam::DVec3;
 use prefetch_index::prefetch_index;
 
 use crate::error::CollapseError;
@@ -423,6 +424,13 @@ impl Simulation {
     fn record(&mut self, impact: Impact) {
         if let Some(table) = &mut self.recorded {
             table.push(&impact);
+            if self.world.turning.is_some() {
+                let (world, now) = (&self.world, impact.time);
+                table.push_turns([impact.a, impact.b].map(|id| match world.row_of(id) {
+                    Some(row) => (world.orientation(row, now), world.angular_velocity(row, now)),
+                    None => ([1.0, 0.0, 0.0, 0.0], DVec3::ZERO),
+                }));
+            }
         }
         if self.watched {
             self.last_impact = Some(impact);
