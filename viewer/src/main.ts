@@ -105,7 +105,7 @@ function show(recording: Recording): void {
       return button;
     };
     const colours = element("select", { "aria-label": "Colour of the bodies" },
-      ...(["identity", "size", "speed"] as Colouring[]).map((how) => element("option", { value: how, selected: how === scene.palette.start }, how)));
+      ...scene.palette.ways.map((how) => element("option", { value: how, selected: how === scene.palette.start }, how)));
     colours.addEventListener("change", () => {
       scene.colourBy(colours.value as Colouring);
       wake();
