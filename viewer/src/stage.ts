@@ -519,6 +519,14 @@ export class Stage {
     return [(0.5 + 0.5 * at.x) * this.width, (0.5 - 0.5 * at.y) * this.height];
   }
 
+  /** From a place of the scene to the eye, a unit vector. */
+  toEye(place: Vector): Vector {
+    const eye = this.camera instanceof OrthographicCamera
+      ? this.camera.getWorldDirection(new Vector3()).negate()
+      : this.camera.position.clone().sub(new Vector3(...place).sub(this.centre)).normalize();
+    return [eye.x, eye.y, eye.z];
+  }
+
   /** Row of the body seen at a point of the picture, −1 for none. */
   bodyAt(x: number, y: number): number {
     const near = new Vector3((2 * x) / this.width - 1, 1 - (2 * y) / this.height, -1).unproject(this.camera);
