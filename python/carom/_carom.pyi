@@ -102,9 +102,6 @@ class Engine:
     def checkpoint(self) -> bytes: ...
     def rules(self) -> dict[str, str]: ...
 
-def kinds() -> list[str]:
-    """Names of the kinds of impact; the number of a kind is its place."""
-
 def collide(a: Mapping[str, Any], b: Mapping[str, Any], restitution: float) -> dict[str, Any] | None: ...
 def resolve(
     a: Mapping[str, Any], b: Mapping[str, Any], point: Sequence[float], normal: Sequence[float], restitution: float
@@ -123,3 +120,6 @@ def parse_toml(text: str) -> tuple[dict[str, Any], Lines]:
 
 def parse_json(text: str) -> tuple[dict[str, Any], Lines]:
     """Parse JSON and tell the line of every value. Raises ValueError(message, line, column)."""
+
+def kinds() -> list[str]:
+    """Names of the kinds of impact; the number of a kind is its place."""

@@ -24,11 +24,11 @@ fn _carom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("OverlapError", py.get_type::<errors::OverlapError>())?;
     module.add_class::<engine::Engine>()?;
     module.add_class::<scene_text::Lines>()?;
-    module.add_function(wrap_pyfunction!(kinds, module)?)?;
     module.add_function(wrap_pyfunction!(pair::collide, module)?)?;
     module.add_function(wrap_pyfunction!(pair::resolve, module)?)?;
     module.add_function(wrap_pyfunction!(pair::classify, module)?)?;
     module.add_function(wrap_pyfunction!(scene_text::parse_toml, module)?)?;
     module.add_function(wrap_pyfunction!(scene_text::parse_json, module)?)?;
+    module.add_function(wrap_pyfunction!(kinds, module)?)?;
     Ok(())
 }
