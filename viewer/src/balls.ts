@@ -114,6 +114,8 @@ void main() {
   vSquare = position.xy;
   vec3 at = ball.xyz + ball.w * (down * 0.98 + right * 0.30 - up * 0.42 + 1.45 * (right * position.x + up * position.y));
   gl_Position = projectionMatrix * modelViewMatrix * vec4(at, 1.0);
+  // Depth as that of what is drawn over it.
+  gl_Position.z = 0.98 * gl_Position.z + 0.02 * gl_Position.w;
 }`;
 
 const SHADOW_FRAGMENT = /* glsl */ `
@@ -183,7 +185,6 @@ export class Balls {
       fragmentShader: SHADOW_FRAGMENT,
       transparent: true,
       depthWrite: false,
-      depthTest: false,
       uniforms: { down: { value: new Vector3() }, right: { value: new Vector3() }, up: { value: new Vector3() } },
     }));
     // The balls are wherever the recording says; nothing to cull by.

@@ -3,7 +3,7 @@
 import type { Recording } from "./recording";
 import type { Flight } from "./flight";
 
-export type Colouring = "identity" | "size" | "speed";
+export type Colouring = "identity" | "shape" | "size" | "speed";
 export type Colour = [number, number, number];
 
 /** Numbered balls of a pool set, 1 to 8; 9 to 15 repeat 1 to 7 as stripes. */
@@ -40,6 +40,8 @@ export class Palette {
   readonly stripes: Float32Array;
   readonly pool: boolean;
   readonly start: Colouring;
+  /** The ways in which these bodies can be coloured. */
+  readonly ways: Colouring[];
   private readonly speedScale: number;
 
   constructor(private readonly recording: Recording, private readonly flight: Flight) {
@@ -48,7 +50,9 @@ export class Palette {
     this.stripes = new Float32Array(bodies.count);
     this.pool = isPool(recording);
     const sizes = new Set(bodies.radius).size;
-    this.start = bodies.count <= 40 ? "identity" : sizes > 1 ? "size" : "speed";
+    const shapes = new Set(bodies.turning?.geometry).size;
+    this.ways = shapes > 1 ? ["identity", "shape", "size", "speed"] : ["identity", "size", "speed"];
+    this.start = bodies.count <= 40 ? "identity" : shapes > 1 ? "shape" : sizes > 1 ? "size" : "speed";
     let squares = 0;
     for (const v of flight.velocity) squares += v * v;
     // Twice the root mean square speed, over all impacts, is the hot end: in a gas few bodies are faster.
@@ -57,6 +61,7 @@ export class Palette {
 
   paint(how: Colouring, time: number): void {
     if (how === "identity") this.byIdentity();
+    else if (how === "shape") this.byShape();
     else if (how === "size") this.bySize();
     else this.bySpeed(time);
   }
@@ -78,6 +83,15 @@ export class Palette {
         }
       }
       this.colours.set(parseColour(colour), 3 * row);
+    }
+  }
+
+  private byShape(): void {
+    const { bodies } = this.recording;
+    this.stripes.fill(0);
+    for (let row = 0; row < bodies.count; row++) {
+      const shape = 1 + (bodies.turning?.geometry[row] ?? -1);
+      this.colours.set(parseColour(DISTINCT[shape % DISTINCT.length]), 3 * row);
     }
   }
 

@@ -135,6 +135,14 @@ export class ImpactOverlay {
       drift += -ny * (goal[0] - centre[0]) + nx * (goal[1] - centre[1]);
       parts.push(...arrow(centre, goal, "after"));
     });
+    // How the bodies turn: part of a circle about the axis, the longer the faster, before on the inside.
+    const quickest = Math.max(...pair.flatMap((party) => [length(party.spinBefore), length(party.spinAfter)]));
+    pair.forEach((party, which) => {
+      const place = places[which];
+      if (!place || !(quickest > 0)) return;
+      parts.push(...this.arc(place, party.spinBefore, 0.46 * party.radius, length(party.spinBefore) / quickest, "before"));
+      parts.push(...this.arc(place, party.spinAfter, 0.6 * party.radius, length(party.spinAfter) / quickest, "after"));
+    });
     parts.push(svg("circle", { cx, cy, r: 3.5, class: "contact" }));
     // The impulse stands in the gap between the two bodies, on the side they do not fly off to.
     const away = drift > 0 ? -1 : 1;
@@ -147,7 +155,37 @@ export class ImpactOverlay {
     this.tag.style.transform = `translate(${within(left, this.stage.canvas.clientWidth - wide)}px, ${within(ly - tall / 2, this.stage.canvas.clientHeight - tall)}px)`;
     this.drawing.replaceChildren(...parts);
   }
+
+  /** An arrow about the axis of an angular velocity, its middle on the side of the eye. */
+  private arc(centre: Vector, spin: Vector, radius: number, share: number, kind: string): SVGElement[] {
+    const sweep = MOST_SWEEP * share;
+    if (!(sweep > LEAST_SWEEP) || radius < SMALLEST_ARC * this.stage.pixelAt(centre)) return [];
+    const axis = along([0, 0, 0], spin, 1 / length(spin));
+    const eye = this.stage.toEye(centre);
+    const across = axis[0] * eye[0] + axis[1] * eye[1] + axis[2] * eye[2];
+    let front = along(eye, axis, -across);
+    // Seen along the axis, any side will do; below is where the other arrows are not.
+    if (length(front) < 0.1) front = Math.abs(axis[2]) > 0.5 ? [0, -1, 0] : [0, 0, -1];
+    front = along(front, axis, -(front[0] * axis[0] + front[1] * axis[1] + front[2] * axis[2]));
+    front = along([0, 0, 0], front, 1 / length(front));
+    const side: Vector = [axis[1] * front[2] - axis[2] * front[1], axis[2] * front[0] - axis[0] * front[2], axis[0] * front[1] - axis[1] * front[0]];
+    const pieces = Math.ceil(sweep / 0.1);
+    const points = Array.from({ length: pieces + 1 }, (_, i) => {
+      const angle = sweep * (i / pieces - 0.5);
+      return this.stage.project(along(along(centre, front, radius * Math.cos(angle)), side, radius * Math.sin(angle)));
+    });
+    const head = arrow(points[points.length - 5] ?? points[0], points[points.length - 1], kind).slice(2);
+    const path = { points: points.slice(0, -1).map((point) => point.join(",")).join(" "), fill: "none" };
+    return [svg("polyline", { ...path, class: "halo" }), svg("polyline", { ...path, class: kind }), ...head];
+  }
 }
+
+/** Arcs smaller than this would lie over the straight arrows (CSS pixels). */
+const SMALLEST_ARC = 20;
+/** Arcs that sweep less than this (rad) say nothing. */
+const LEAST_SWEEP = 0.12;
+/** What the quickest turning sweeps (rad). */
+const MOST_SWEEP = 2.6;
 
 function arrow(from: [number, number], to: [number, number], kind: string): SVGElement[] {
   const long = Math.hypot(to[0] - from[0], to[1] - from[1]);

@@ -105,7 +105,7 @@ function show(recording: Recording): void {
       return button;
     };
     const colours = element("select", { "aria-label": "Colour of the bodies" },
-      ...(["identity", "size", "speed"] as Colouring[]).map((how) => element("option", { value: how, selected: how === scene.palette.start }, how)));
+      ...scene.palette.ways.map((how) => element("option", { value: how, selected: how === scene.palette.start }, how)));
     colours.addEventListener("change", () => {
       scene.colourBy(colours.value as Colouring);
       wake();
@@ -129,7 +129,7 @@ function show(recording: Recording): void {
   }
   const key = element("div", { class: "key", hidden: true },
     ...(stage?.crowd && !stage.view.flat ? [element("span", { class: "plain" }, recording.geometries.length > 0 ? "bodies in front left out" : "balls in front left out")] : []),
-    ...[["before", "velocity before"], ["after", "after"], ["normal", "normal, b to a"]].map(([kind, words]) => element("span", { class: kind }, words)));
+    ...[["before", recording.bodies.turning ? "velocity and spin before" : "velocity before"], ["after", "after"], ["normal", "normal, b to a"]].map(([kind, words]) => element("span", { class: kind }, words)));
   const hover = element("div", { class: "hover", hidden: true });
   host.append(key, hover);
 

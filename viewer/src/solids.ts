@@ -1,6 +1,6 @@
 // Bodies of any shape: each shape's triangles once, drawn for all bodies that have it at one go.
 
-import { BufferAttribute, Color, DynamicDrawUsage, GLSL3, Group, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, ShaderMaterial } from "three";
+import { BufferAttribute, Color, DynamicDrawUsage, GLSL3, Group, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, ShaderMaterial, type Vector3 } from "three";
 import { conjugate, rotated } from "./quaternions";
 import type { Quaternion, Recording, Vector } from "./recording";
 import { firstHit, surfaceOf, type Surface } from "./shapes";
@@ -86,6 +86,25 @@ void main() {
   colour = vec4(mix(clamp(lit, 0.0, 1.0), background, vDim), 1.0);
 }`;
 
+/** The outline of a body, on the table it lies on, aside from the light. */
+const SHADOW_VERTEX = /* glsl */ `
+in vec4 place;
+in vec4 turn;
+uniform float radius;
+uniform vec3 down;
+uniform vec3 aside;
+vec3 turned(vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
+void main() {
+  vec3 at = turned(position);
+  at -= down * dot(down, at);
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(place.xyz + at * 1.03 + radius * (down + 0.14 * aside), 1.0);
+  gl_Position.z = 0.98 * gl_Position.z + 0.02 * gl_Position.w;
+}`;
+
+const SHADOW_FRAGMENT = /* glsl */ `
+out vec4 colour;
+void main() { colour = vec4(0.0, 0.0, 0.0, 0.20); }`;
+
 interface Kind {
   surface: Surface;
   rows: number[];
@@ -93,6 +112,7 @@ interface Kind {
   turn: InstancedBufferAttribute;
   tint: InstancedBufferAttribute;
   material: ShaderMaterial;
+  radius: number;
 }
 
 export class Solids {
@@ -123,7 +143,7 @@ export class Solids {
         return attribute;
       };
       const kind: Kind = {
-        surface, rows,
+        surface, rows, radius: geometry.radius,
         place: instanced("place", 4), turn: instanced("turn", 4), tint: instanced("tint", 3),
         material: new ShaderMaterial({
           glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT,
@@ -144,6 +164,20 @@ export class Solids {
       this.kinds.push(kind);
       this.group.add(mesh);
     });
+  }
+
+  /** Bodies lie on a table: `down` from the eye to it, `aside` from the light, both unit vectors. */
+  castShadows(down: Vector3, aside: Vector3): void {
+    const shadows = this.group.children.map((drawn, i) => {
+      const mesh = new Mesh((drawn as Mesh).geometry, new ShaderMaterial({
+        glslVersion: GLSL3, vertexShader: SHADOW_VERTEX, fragmentShader: SHADOW_FRAGMENT, transparent: true, depthWrite: false,
+        uniforms: { radius: { value: this.kinds[i].radius }, down: { value: down.clone() }, aside: { value: aside.clone() } },
+      }));
+      mesh.frustumCulled = false;
+      mesh.renderOrder = 1;
+      return mesh;
+    });
+    if (shadows.length > 0) this.group.add(...shadows);
   }
 
   /** Whether body `row` is drawn here. */

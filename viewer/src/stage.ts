@@ -184,7 +184,10 @@ export class Stage {
     const radii = recording.bodies.radius.map((radius, row) => (this.solids.has(row) ? 0 : radius));
     this.balls = new Balls(radii, this.palette.colours, this.palette.stripes, spinning(recording, flight));
     this.scene.add(this.balls.mesh, this.balls.shadows, this.solids.group, this.walls.group, this.shadows.group);
-    if (this.isTable()) this.balls.castShadows(axis.clone().negate(), this.right, this.up);
+    if (this.isTable()) {
+      this.balls.castShadows(axis.clone().negate(), this.right, this.up);
+      this.solids.castShadows(axis.clone().negate(), this.right.clone().multiplyScalar(0.58).addScaledVector(this.up, -0.81));
+    }
     this.hasPaths = !flight.period.some((p) => p > 0) && flight.time.length <= MOST_PATHS && flight.time.length > 0;
     this.restyle();
     this.resize();
@@ -514,6 +517,14 @@ export class Stage {
   project(place: Vector): [number, number] {
     const at = new Vector3(...place).sub(this.centre).project(this.camera);
     return [(0.5 + 0.5 * at.x) * this.width, (0.5 - 0.5 * at.y) * this.height];
+  }
+
+  /** From a place of the scene to the eye, a unit vector. */
+  toEye(place: Vector): Vector {
+    const eye = this.camera instanceof OrthographicCamera
+      ? this.camera.getWorldDirection(new Vector3()).negate()
+      : this.camera.position.clone().sub(new Vector3(...place).sub(this.centre)).normalize();
+    return [eye.x, eye.y, eye.z];
   }
 
   /** Row of the body seen at a point of the picture, −1 for none. */

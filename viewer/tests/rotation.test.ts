@@ -26,14 +26,14 @@ describe("free rotation", () => {
         const turn = rotation.after(state.time);
         const angle = angleBetween(turn.orientation, state.orientation.map(Number) as Quaternion);
         const off = Math.hypot(...[0, 1, 2].map((k) => turn.angularVelocity[k] - Number(state.angular_velocity[k])));
-        worst = Math.max(worst, angle);
+        if (speed * Math.abs(state.time) < 1e9) worst = Math.max(worst, angle);
         // The simulator itself is tested to some 1e-15; a picture needs far less. After 1e22 turns, 31 digits of the rate tell.
         const allowed = 1e-12 + 1e-31 * speed * Math.abs(state.time);
         expect(angle, `${kind} at ${state.time} s`).toBeLessThan(allowed);
         expect(off, `${kind} at ${state.time} s`).toBeLessThanOrEqual((allowed * speed * Math.max(...moments)) / Math.min(...moments));
       }
     }
-    console.log(`free rotation: largest angle between page and reference ${worst.toExponential(1)} rad`);
+    console.log(`free rotation: largest angle between page and reference, up to 1e9 rad, ${worst.toExponential(1)} rad`);
   });
 
   it("rests, turns about a principal axis, and takes a body in prescribed motion as it is", () => {

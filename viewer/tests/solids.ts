@@ -58,6 +58,7 @@ export interface SolidScene {
   impacts?: Impact[];
   axes?: string[];
   size?: number[];
+  dimensions?: number;
 }
 
 const REST: Quaternion = [1, 0, 0, 0];
@@ -215,7 +216,7 @@ export function recordSolids(scene: SolidScene, impacts = scene.impacts ?? (scen
   const radii = bodies.map((body) => (body.shape < 0 ? body.radius ?? 0.5 : reach(shapes[body.shape])));
   const zeros = [0, scene.duration];
   return {
-    format: 1, title: scene.title, version: "0.1.0", dimensions: 3, gravity: scene.gravity ?? [0, 0, 0],
+    format: 1, title: scene.title, version: "0.1.0", dimensions: scene.dimensions ?? 3, gravity: scene.gravity ?? [0, 0, 0],
     domain: { axes: scene.axes ?? ["open", "open", "open"], size: scene.size ?? [0, 0, 0] }, time_start: 0, time_end: scene.duration, replay_until: scene.duration,
     geometries: shapes.map((parts) => ({
       kind: parts.length > 1 ? "compound" : parts[0].kind, radius: reach(parts), principal_axes: REST,
@@ -341,4 +342,18 @@ export function spinningPool(): SolidScene {
     orientation: anywhere(random), angularVelocity: i % 4 === 3 ? [0, 0, 0] : [0, 0, 0].map(() => 5 * (random() - 0.5)) as Vector,
   }));
   return { title: "Balls that spin", duration: 3, shapes: [], bodies };
+}
+
+/** Flat bodies on a table, seen from above. */
+export function table(): SolidScene {
+  const random = generator(31);
+  const shapes = [[box(0.5, 0.3, 0.4)], [capsule(0.12, 0.4)].map((part) => ({ ...part, orientation: [Math.SQRT1_2, 0, Math.SQRT1_2, 0] as Quaternion })), [hull([0, 1, 2, 3, 4, 5].flatMap((k) => [-0.2, 0.2].map((z): Vector => [0.3 * Math.cos(k * Math.PI / 3), 0.3 * Math.sin(k * Math.PI / 3), z])))]];
+  const bodies: Solid[] = Array.from({ length: 14 }, (_, i) => {
+    const half = Math.PI * random();
+    return {
+      shape: i % 4 === 3 ? -1 : i % 4, radius: 0.2, position: [0.9 * (i % 5) - 1.8, 0.8 * Math.floor(i / 5) - 0.8, 0], velocity: [random() - 0.5, random() - 0.5, 0],
+      orientation: [Math.cos(half), 0, 0, Math.sin(half)], angularVelocity: [0, 0, 4 * (random() - 0.5)], moments: [0.01, 0.02, 0.025],
+    };
+  });
+  return { title: "Flat bodies on a table", duration: 3, dimensions: 2, shapes, bodies, axes: ["walls", "walls", "open"], size: [5, 3, 1] };
 }

@@ -32,11 +32,11 @@ fn _carom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(geometry::check_inertia, module)?)?;
     module.add_function(wrap_pyfunction!(spec::lattice_sites, module)?)?;
     module.add_function(wrap_pyfunction!(spec::placed_solids, module)?)?;
-    module.add_function(wrap_pyfunction!(kinds, module)?)?;
     module.add_function(wrap_pyfunction!(pair::collide, module)?)?;
     module.add_function(wrap_pyfunction!(pair::resolve, module)?)?;
     module.add_function(wrap_pyfunction!(pair::classify, module)?)?;
     module.add_function(wrap_pyfunction!(scene_text::parse_toml, module)?)?;
     module.add_function(wrap_pyfunction!(scene_text::parse_json, module)?)?;
+    module.add_function(wrap_pyfunction!(kinds, module)?)?;
     Ok(())
 }

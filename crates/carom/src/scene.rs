@@ -364,7 +364,7 @@ impl Scene {
         [
             (
                 "simultaneous",
-                "pairwise: contacts of one instant are resolved pair by pair in the order of kind and ids, again until none approaches",
+                "pairwise: contacts of one instant are resolved pair by pair in the order of kind and ids, again until none approaches; several contacts of one pair together, by reflections",
             ),
             (
                 "collapse",
