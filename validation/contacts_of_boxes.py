@@ -3,10 +3,11 @@
     python validation/contacts_of_boxes.py            some minutes
     python validation/contacts_of_boxes.py --quick    the same with a fiftieth of the random attitudes
 
-Impacts a time are <surface integral of sqrt(kT w / 2 pi)> / (L³ - <excluded volume>); docs/explain/liouville.md derives it.
-The integral is evaluated twice. First as four-dimensional integrals of smooth functions, by Gauss's rule. Then, to check the
-measures that these rest on, without them: attitudes are drawn at random, all facets of the excluded body are found by
-looking for what supports what, and one point of each is drawn; areas and volume are compared with their closed forms too.
+Impacts a time are <surface integral of sqrt(kT w / 2 pi)> / (L³ - <excluded volume>), as docs/explain/liouville.md
+derives. The integral is evaluated twice. First as four-dimensional integrals of smooth functions, by Gauss's rule.
+Then, to check the measures that these rest on, without them: attitudes are drawn at random, all facets of the excluded
+body are found by looking for what supports what, and one point of each is drawn. Areas and volume are compared with
+their closed forms too.
 Units: mass 1 of each, kT = 1.
 """
 
@@ -25,9 +26,9 @@ Array = NDArray[np.float64]
 SIZE = np.array([1.0, 2.0, 3.0])
 HALF = SIZE / 2
 MOMENTS = (SIZE @ SIZE - SIZE**2) / 12
-SIDE = 8.0
+SIDE = 11.5
 """Of the periodic box of crates/carom/tests/liouville.rs."""
-ATTITUDES = 5_000_000
+ATTITUDES = 2_000_000
 BATCH = 20_000
 
 VOLUME = float(SIZE.prod())
@@ -175,7 +176,13 @@ def main() -> None:
 
     print(f"Averages over attitudes; by random attitudes ({len(blocks) * BATCH}): ± one standard error.")
     print(f"{'':34}{'closed form':>13}  {'Gauss, 24 points':>18}  {'16 less 24':>10}  random attitudes")
-    names = ["surface, face and corner", "surface, edge and edge", "∮√(kT w/2π)dS, face and corner", "the same, edge and edge"]
+    integral = "∮√(kT w/2π) dS"
+    names = [
+        "surface, corner on face",
+        "surface, edge on edge",
+        f"{integral}, corner on face",
+        f"{integral}, edge on edge",
+    ]
     for k, (name, exact) in enumerate(zip(names, [faces, edges, None, None], strict=True)):
         form = f"{exact:13.9f}" if exact is not None else " " * 13
         print(f"{name:34}{form}  {fine[k]:18.12f}  {rough[k] - fine[k]:10.1e}  {mean[k]:.5f} ± {error[k]:.5f}")
