@@ -25,7 +25,7 @@ use glam::{DMat3, DQuat};
 mod support;
 use support::{ball, balls, cube};
 
-/// The standard errors that an average may be off. Of the 45 that are looked at, one is farther off by chance with a
+/// The standard errors that an average may be off. Of the 41 that are looked at, one is farther off by chance with a
 /// probability of 0.3 %; and seeds are fixed.
 const GATE: f64 = 4.0;
 
