@@ -234,4 +234,3 @@ def parse_toml(text: str) -> tuple[dict[str, Any], Lines]:
 
 def parse_json(text: str) -> tuple[dict[str, Any], Lines]:
     """Parse JSON and tell the line of every value. Raises ValueError(message, line, column)."""
-
