@@ -9,7 +9,7 @@ import { chromium, type Browser, type Page } from "playwright-core";
 import { afterAll, beforeAll, describe, expect, it } from "vitest";
 import { BUILT, pageWith, PLACEHOLDER } from "./pages";
 import { bouncingBall, gas, piston, poolBreak, rain, record, twoBalls } from "./samples";
-import { dice, funnel, gallery, recordSolids, rodStruck, spinningPool, table, thousand } from "./solids";
+import { dice, funnel, gallery, recordEngineRun, recordSolids, rodStruck, spinningPool, table, thousand } from "./solids";
 
 const shots = new URL("../shots/", import.meta.url).pathname;
 const folder = mkdtempSync(join(tmpdir(), "carom-page-"));
@@ -208,6 +208,7 @@ describe("the built page", () => {
   const sights: [string, unknown][] = [
     ["pool", record(poolBreak())], ["two_balls", record(twoBalls)], ["bouncing", record(bouncingBall)], ["piston", record(piston)], ["gas", record(gas())],
     ["shapes", recordSolids(gallery())], ["dice", recordSolids(dice())], ["funnel", recordSolids(funnel())], ["spin", recordSolids(spinningPool())], ["table", recordSolids(table())],
+    ["engine", recordEngineRun()],
   ];
   it.each(sights)("looks right: %s", async (name, recording) => {
     const html = pageWith(recording);

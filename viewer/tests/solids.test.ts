@@ -4,7 +4,7 @@ import { angleBetween } from "../src/quaternions";
 import { parseRecording, RecordingError, type Geometry, type Quaternion, type Recording, type Vector } from "../src/recording";
 import { freeRotation } from "../src/rotation";
 import { firstHit, surfaceOf } from "../src/shapes";
-import { dice, funnel, gallery, recordSolids, rodStruck, type SolidScene } from "./solids";
+import { dice, engineRun, funnel, gallery, recordEngineRun, recordSolids, rodStruck, type SolidScene } from "./solids";
 
 const read = (scene: SolidScene, turns = true): Recording => parseRecording(JSON.stringify(recordSolids(scene, undefined, turns)));
 
@@ -97,6 +97,26 @@ describe("bodies that turn", () => {
     }
     expect(recorded.largestMismatch()).toBeLessThan(1e-12);
   });
+
+  it.each([["recorded", true, 1e-13], ["left to the law of impact", false, 1e-11]])(
+    "a run of the simulator is replayed to its end, its turns after impacts %s", (_, turns, allowed) => {
+      const { duration, last } = engineRun();
+      const recording = parseRecording(JSON.stringify(recordEngineRun(turns)));
+      const flight = new Flight(recording);
+      const [orientations, positions] = [new Float64Array(4 * last.length), new Float64Array(3 * last.length)];
+      flight.orientationsAt(duration, orientations);
+      flight.positionsAt(duration, positions);
+      expect(recording.impacts.count).toBeGreaterThan(100);
+      last.forEach((body, row) => {
+        const apart = [0, 1, 2].map((k) => positions[3 * row + k] - body.position[k]);
+        expect(Math.hypot(...apart)).toBeLessThan(1e-13);
+        if (body.shape < 0) return;
+        expect(angleBetween([...orientations.subarray(4 * row, 4 * row + 4)] as Quaternion, body.orientation)).toBeLessThan(allowed);
+        const spin = flight.angularVelocityAt(row, duration);
+        expect(Math.hypot(...[0, 1, 2].map((k) => spin[k] - body.angularVelocity[k]))).toBeLessThan(10 * allowed);
+      });
+      expect(flight.largestMismatch()).toBeLessThan(1e-13);
+    });
 
   it("between impacts a body turns as the free rotation about its principal axes, wherever these are in its shape", () => {
     const data = recordSolids(gallery());

@@ -1,6 +1,7 @@
 // Small recordings with bodies of every shape. What flies is the page's own closed form, which has its own test; what
 // happens at the floor is found the plain way, by looking often and halving, and resolved by the law of impact.
 
+import { readFileSync } from "node:fs";
 import { conjugate, rotated } from "../src/quaternions";
 import type { Quaternion, Vector } from "../src/recording";
 import { freeRotation } from "../src/rotation";
@@ -248,6 +249,27 @@ export function recordSolids(scene: SolidScene, impacts = scene.impacts ?? (scen
     series: { time: zeros, kinetic_energy: [1, 1], potential_energy: [0, 0], dissipated: [0, 0], work: [0, 0], momentum: [[0, 0, 0], [0, 0, 0]], energy_error: [0, 0] },
     summary: { ledger: { energy_start: 1, kinetic_energy: 1, potential_energy: 0, dissipated: 0, work: 0, energy_error: 1.2e-16, momentum: [0, 0, 0] }, counts: {}, rules: { law: "newton: v_AB·n after = -e v_AB·n before" } },
   };
+}
+
+/** How the simulator's own run of bodies of every convex shape ended (crates/carom/examples/turning_run.rs). */
+export interface EngineRun {
+  duration: number;
+  geometries: Record<string, unknown>[];
+  first: Solid[];
+  impacts: Impact[];
+  last: Required<Pick<Solid, "position" | "velocity" | "orientation" | "angularVelocity" | "shape">>[];
+}
+
+export const engineRun = (): EngineRun => JSON.parse(readFileSync(new URL("turning_run.json", import.meta.url), "utf8"));
+
+/** That run as a recording. */
+export function recordEngineRun(turns = true): Record<string, any> {
+  const { duration, geometries, first, impacts } = engineRun();
+  const scene: SolidScene = {
+    title: "Bodies of every shape in a box", duration, gravity: [0, 0, -2], axes: ["walls", "walls", "walls"], size: [5, 5, 5],
+    shapes: geometries.map((geometry) => geometry.parts as PartData[]), bodies: first,
+  };
+  return { ...recordSolids(scene, impacts, turns), geometries };
 }
 
 // --- scenes ----------------------------------------------------------------------------------------------------------
