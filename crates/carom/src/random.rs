@@ -13,7 +13,9 @@ impl Random {
     pub fn new(seed: u64, stream: u64) -> Self {
         let mut bytes = [0; 32];
         bytes[..8].copy_from_slice(&seed.to_le_bytes());
-        bytes[16..24].copy_from_slice(&stream.to_le_bytes());
+        // The generator's increment is odd: its lowest bit would be lost.
+        let increment = (u128::from(stream) << 1) | 1;
+        bytes[16..].copy_from_slice(&increment.to_le_bytes());
         let mut generator = Pcg64::from_seed(bytes);
         // Seeds differ in few bits; so would the first draws.
         for _ in 0..16 {
@@ -43,5 +45,21 @@ impl Random {
     pub fn normal_vector(&mut self, dimensions: u8) -> DVec3 {
         let (x, y) = (self.normal(), self.normal());
         DVec3::new(x, y, if dimensions == 3 { self.normal() } else { 0.0 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_stream_is_a_sequence_of_its_own() {
+        let first = |stream| Random::new(1, stream).uniform();
+        let streams = [0, 1, 2, 3, u64::MAX - 1, u64::MAX];
+        for (i, &a) in streams.iter().enumerate() {
+            for &b in &streams[i + 1..] {
+                assert_ne!(first(a), first(b), "streams {a} and {b}");
+            }
+        }
     }
 }
