@@ -351,6 +351,8 @@ fn impact(
     // What slides over a curved surface leaves it again: v²/R.
     let sliding = contact.sliding_speed(pair, motion);
     let bend = bend + 0.5 * sliding * sliding / contact.curvature_radius;
+    // The bound counts an acceleration apart as a gain; here it is what may end the approach.
+    let bend = bend + contact.normal.dot(motion.acceleration).max(0.0);
     // Within δ the speed changes by less than a quarter of itself, and what touches still does: the crossing is certain.
     let transversal = 32.0 * bend * close <= speed * speed && contact.margin * speed > 16.0 * close * (speed + sliding);
     let last = if transversal { gap.max(0.0) / speed } else { 0.0 };

@@ -241,12 +241,17 @@ impl Contact {
         self.points().iter().fold(f64::NEG_INFINITY, |most, point| most.max(point.approach_speed))
     }
 
-    /// Speed (m/s) at which the bodies slide over each other at the first point.
+    /// Speed (m/s) at which the bodies slide over each other at the first point, or at which the centres of curvature there pass
+    /// each other if that is more: it is theirs that counts for how soon round bodies part, and a spin can hide it.
     pub fn sliding_speed(&self, pair: &Pair, motion: &Motion) -> f64 {
-        let point = &self.points[0];
-        let spin = pair.a.angular_velocity.cross(point.from_a) - pair.b.angular_velocity.cross(point.from_b);
-        let velocity = motion.velocity + spin;
-        (velocity - self.normal * self.normal.dot(velocity)).length()
+        let (n, point) = (self.normal, &self.points[0]);
+        let across = |a: DVec3, b: DVec3| {
+            let velocity = motion.velocity + pair.a.angular_velocity.cross(a) - pair.b.angular_velocity.cross(b);
+            (velocity - n * n.dot(velocity)).length()
+        };
+        let inside = |solid: &Solid| n * if solid.sharpest().is_finite() { solid.sharpest() } else { 0.0 };
+        let centres = across(point.from_a + inside(pair.a.solid), point.from_b - inside(pair.b.solid));
+        across(point.from_a, point.from_b).max(centres)
     }
 
     /// Where bodies touch whose gap in the direction of `separation` is within `tolerance` (m).
