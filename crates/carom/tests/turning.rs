@@ -10,6 +10,7 @@ use carom::predict::turning::contact::Feature;
 use carom::predict::turning::{Certificate, Impact, Memory, contact_after, first_impact};
 use carom::random::Random;
 use carom::shape::Shape;
+use carom::tolerance;
 use dense_search::{Couple, Flyer, Form, HORIZON, KINDS, check, check_aligned, check_pairs, couple};
 use glam::{DMat3, DQuat, DVec3};
 
@@ -102,6 +103,27 @@ fn a_tip_that_just_misses_a_plane_misses_it_for_ever_and_one_that_just_grazes_it
         let expected = (1.0 - gap).asin() / 10.0;
         // Near a graze the time is uncertain by √(δ/curvature) at most.
         assert!((touched.seconds - expected).abs() < 1e-12 / (gap / 50.0).sqrt(), "{gap} {touched:?}");
+    }
+}
+
+/// Passes that come within δ of contact or by less than δ into it, and soon part.
+#[test]
+fn what_parts_within_the_tolerance_is_not_called_certain() {
+    let ball = Shape::Ball { radius: 1.0 };
+    let delta = tolerance::contact(1.0, 2.0);
+    for gap in [-0.4, -0.1, 0.1, 0.3].map(|share| share * delta) {
+        // A spin of half the speed makes the surfaces of two balls roll on each other.
+        let above = DVec3::new(-3.0, 0.0, 2.0 + gap);
+        let spin = DVec3::new(0.0, 0.5, 0.0);
+        let a = flyer(ball.clone(), above, DVec3::X, DQuat::IDENTITY, spin);
+        let b = flyer(ball.clone(), DVec3::ZERO, DVec3::ZERO, DQuat::IDENTITY, spin);
+        let impact = impact_of(&a, &b).expect("within δ");
+        assert_eq!(impact.certificate, Certificate::WithinTolerance, "{gap:e} {impact:?}");
+        // A ball thrown down at a floor that an acceleration upwards stops.
+        let mut a = flyer(ball.clone(), DVec3::Z * (1.5 + gap), -DVec3::Z, DQuat::IDENTITY, DVec3::ZERO);
+        a.acceleration = DVec3::Z;
+        let impact = impact_of(&a, &floor()).expect("within δ");
+        assert_eq!(impact.certificate, Certificate::WithinTolerance, "{gap:e} {impact:?}");
     }
 }
 
