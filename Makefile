@@ -16,6 +16,10 @@ PYTHON ?= $(shell for name in python3 python3.14 python3.13 python3.12 python3.1
 	"$$name" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo "$$name" && break; done)
 CARGO ?= cargo
 NPM ?= npm
+
+# A command that fails inside a pipe fails its rule.
+SHELL := bash
+.SHELLFLAGS := -o pipefail -c
 CARGO_TARGET_DIR ?= target
 export CARGO_TARGET_DIR := $(abspath $(CARGO_TARGET_DIR))
 
@@ -146,6 +150,7 @@ validate: $(stamps)/native
 		| sed 's|^test [a-z_]* \.\.\. ||' | grep -E '^(1,000|two|one|clock)' | tee validation/results/drift.txt
 	CAROM_LIOUVILLE_STARTS=500000 $(CARGO) test --release --locked --test liouville -- --nocapture --test-threads 1 \
 		| sed -nE 's/^(test [a-z_]+ \.\.\. )?\| //p' | tee validation/results/liouville.txt
+	$(CARGO) run --release --locked --example turning_search -- 65000 11 | tee validation/results/turning_search.txt
 
 docs: $(stamps)/native
 	$(bin)/sphinx-build --fail-on-warning --keep-going -b html docs docs/_build/html

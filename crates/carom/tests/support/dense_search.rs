@@ -336,9 +336,13 @@ impl Verdict {
         self.most_steps = self.most_steps.max(other.most_steps);
     }
 
+    /// Whether all predictions were right.
+    pub fn is_right(&self) -> bool {
+        self.missed + self.invented + self.unfinished + self.wrong_time == 0
+    }
+
     pub fn assert_right(&self, name: &str) {
-        let bad = self.missed + self.invented + self.unfinished + self.wrong_time;
-        assert_eq!(bad, 0, "{name}: {self:?}");
+        assert!(self.is_right(), "{name}: {self:?}");
     }
 }
 
