@@ -128,8 +128,8 @@ pub fn gap<R: Turning>(a: &Body<R>, b: &Body<R>) -> f64 {
     let flight = RelativeFlight::of(a, b);
     let (pair, _) = flight.pair(a, b, 0.0);
     let gap = pair.separate(&Memory::default().known(pair.offset), flight.close(a, b)).gap;
-    // Where they overlap, the search for a separating direction ends in any.
-    if gap >= 0.0 || b.solid.is_half_space() { gap } else { pair.largest_gap() }
+    // Where they overlap, the search for a separating direction ends in any, but the best if they overlap by rounding only.
+    if gap >= 0.0 || b.solid.is_half_space() { gap } else { pair.largest_gap().max(gap) }
 }
 
 /// The contact of two bodies `seconds` on, at an impact that was found: all points that touch then.
