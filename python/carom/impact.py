@@ -71,8 +71,8 @@ class Impact:
     """The points that touch, (k, 3), m, all with the one normal: of a face that lands flat its corners. None of an
     impact of a run, which records `point` alone."""
     impulses: NDArray[np.float64] | None = None
-    """What acts at each of `points`, (k,), N s, none negative; their sum is `impulse`. From four points on it is one choice
-    of several with the same velocities after."""
+    """What acts at each of `points`, (k,), N s, none negative; their sum is `impulse`. From four points on it is one
+    choice of several with the same velocities after."""
 
     @classmethod
     def from_native(cls, row: Mapping[str, Any]) -> Impact:
@@ -102,27 +102,27 @@ class Impact:
 def collide(a: Mapping[str, Any], b: Mapping[str, Any], *, restitution: float = 1.0) -> Impact | None:
     """Let two bodies fly freely, without gravity, to their first contact, and resolve the impact there.
 
-    Until then bodies of any shape turn freely, as Euler's equations have it, in closed form; the contact of bodies that turn
-    is found as in a run: none deeper than δ is missed, and what is found is within δ of touching, where
-    δ = 2⁻⁴⁰ (9e-13) of the larger body's size, the distance of its farthest point from its centre of mass, or 64 ε times the
-    distance of the centres (of a plane: of its point nearest to the origin), if that is larger.
+    Until then bodies of any shape turn freely, as Euler's equations have it, in closed form. The contact of bodies that
+    turn is found as in a run: none deeper than δ is missed, and what is found is within δ of touching. δ is 2⁻⁴⁰
+    (9e-13) of the larger body's size, the distance of its farthest point from its centre of mass, or 64 ε times the
+    distance of the centres (of a plane: its point nearest to the origin), if that is larger.
 
     Parameters
     ----------
     a, b
         Mappings with the fields of a scene's `[[body]]`, of any shape but `mesh`; `radius = r` is short for
-        `shape = {kind = "ball", radius = r}`, and mesh files of convex shapes are named from the current folder. They are
-        not changed. `material`, `name` and `id` are of no account.
+        `shape = {kind = "ball", radius = r}`, and mesh files of convex shapes are named from the current folder. They
+        are not changed. `material`, `name` and `id` are of no account.
     restitution
         e, from 0 to 1.
 
     Returns
     -------
     impact
-        With `time` counted from the given state, a = 0 and b = 1; None if they never meet or only graze. Bodies that touch
-        and approach collide at time 0. Where several points touch with one normal, `points` and `impulses` has each of
-        them, resolved together by reflections. A compound that touches in several directions at once gets the impact in
-        that in which it approaches fastest; ask again with what came out for the next.
+        With `time` counted from the given state, a = 0 and b = 1; None if they never meet or only graze. Bodies that
+        touch and approach collide at time 0. Where several points touch with one normal, they are resolved together, by
+        reflections, and `points` and `impulses` have each. A compound that touches in several directions at once gets
+        the impact in that in which it approaches fastest; ask again with what came out for the next.
 
     Raises
     ------
@@ -158,8 +158,8 @@ def resolve(
     Returns
     -------
     impact
-        At time 0. If the bodies do not approach at the contact the impulse is 0 and nothing changes. One point only: what
-        lands flat is for `collide`.
+        At time 0. If the bodies do not approach at the contact the impulse is 0 and nothing changes. One point only:
+        what lands flat is for `collide`.
 
     Raises
     ------
@@ -180,12 +180,13 @@ def resolve(
 
 
 def classify(a: Mapping[str, Any], b: Mapping[str, Any]) -> str:
-    """Tell how two bodies stand to each other, by the sign of v_AB·n where they touch, v_AB = v_A + ω_A × r_A − v_B − ω_B × r_B.
+    """Tell how two bodies stand to each other, by the sign of v_AB·n where they touch.
 
-    Balls and planes touch when their gap is within 4 units in the last place of the largest coordinate or radius; bodies that
-    turn when it is within δ (see `collide`), in which the contact of two such bodies is known. v_AB·n counts as zero within
-    4 ε of the speeds that make it up. Where several points touch, that which approaches fastest decides: a face that tips
-    about a resting edge without any point approaching rests.
+    v_AB = (v_A + ω_A × r_A) − (v_B + ω_B × r_B) is the relative velocity of their points there. Balls and planes touch
+    when their gap is within 4 units in the last place of the largest coordinate or radius, bodies that turn when it is
+    within δ (see `collide`), to which their contacts are known. v_AB·n is zero when within 4 ε of the speeds that make
+    it up. Of several points that touch, the one that approaches fastest decides: a face that tips up about an edge at
+    rest rests.
 
     Parameters
     ----------

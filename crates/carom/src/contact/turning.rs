@@ -11,7 +11,7 @@ use crate::flight::Flight;
 use crate::predict::turning::contact::Contact;
 use crate::predict::turning::motion::Body as Moving;
 use crate::predict::turning::solid::Solid;
-use crate::predict::turning::{Memory, STEPS, first_impact, gap};
+use crate::predict::turning::{Memory, STEPS, contact_gap, first_impact};
 use crate::resolve::turning::{Mobility, TurningContact, TurningOutcome, Twist};
 use crate::rotation::Rotation;
 use crate::simulation::{arms_of, contact_of_parts, form_of};
@@ -33,6 +33,10 @@ struct Member {
     flight: Flight,
     rotation: Rotation,
     mass: f64,
+    /// Principal axes to world, as given.
+    orientation: DQuat,
+    /// World axes (rad/s), as given; 0 of a ball, which no contact turns without friction.
+    angular_velocity: DVec3,
     /// Principal moments of inertia (kg m²) if it turns freely.
     moments: Option<DVec3>,
     /// What it is if it is not a body that turns.
@@ -43,12 +47,13 @@ impl Member {
     fn new(body: &Body, row: i64) -> Result<Self, Problem> {
         let flight = |position| Flight::new(position, body.velocity, START);
         Ok(match &body.shape {
-            // No contact turns a ball without friction.
             Shape::Ball { radius } => Self {
                 parts: vec![Solid::ball(*radius)],
                 flight: flight(body.position),
                 rotation: Rotation::REST,
                 mass: body.mass,
+                orientation: DQuat::IDENTITY,
+                angular_velocity: DVec3::ZERO,
                 moments: None,
                 form: Some(Form::Ball),
             },
@@ -57,6 +62,8 @@ impl Member {
                 flight: flight(*normal * *offset),
                 rotation: standing(*normal),
                 mass: f64::INFINITY,
+                orientation: DQuat::IDENTITY,
+                angular_velocity: DVec3::ZERO,
                 moments: None,
                 form: Some(Form::Plane),
             },
@@ -72,6 +79,8 @@ impl Member {
                     flight: flight(body.position),
                     rotation: Rotation::new(moments, orientation, body.angular_velocity),
                     mass: body.mass,
+                    orientation,
+                    angular_velocity: body.angular_velocity,
                     moments: free.then_some(moments),
                     form: None,
                 }
@@ -116,13 +125,17 @@ impl Member {
         }
     }
 
-    /// Kinetic energy (J) with the orientation `seconds` on; 0 in prescribed motion.
-    fn energy(&self, seconds: f64, twist: &Twist) -> f64 {
+    fn given_twist(&self) -> Twist {
+        Twist { velocity: self.flight.velocity(), angular_velocity: self.angular_velocity }
+    }
+
+    /// Kinetic energy (J); 0 in prescribed motion.
+    fn energy(&self, orientation: DQuat, twist: &Twist) -> f64 {
         if !self.mass.is_finite() {
             return 0.0;
         }
         let turning = self.moments.map_or(0.0, |moments| {
-            let along = self.axes_after(seconds).transpose() * twist.angular_velocity;
+            let along = DMat3::from_quat(orientation).transpose() * twist.angular_velocity;
             0.5 * along.dot(moments * along)
         });
         0.5 * self.mass * twist.velocity.length_squared() + turning
@@ -131,6 +144,17 @@ impl Member {
     /// Distance (m) of its farthest point from the centre; 0 of a plane.
     fn reach(&self) -> f64 {
         self.parts.iter().map(Solid::reach).fold(0.0, f64::max)
+    }
+
+    /// Seconds (s) after which it looks as before: a turn at a constant rate, or, round about z, one turn of that axis about the
+    /// angular momentum, 2π I₁/L. `None` if there is no such time, or none is known.
+    fn period(&self) -> Option<f64> {
+        if self.rotation.fastest_change() == 0.0 {
+            return Some(TAU / self.rotation.fastest());
+        }
+        let moments = self.moments.filter(|moments| moments.x == moments.y)?;
+        let round = self.parts.iter().all(Solid::is_round_about_z);
+        round.then(|| TAU * moments.x / self.rotation.angular_momentum().length())
     }
 
     fn is_plane(&self) -> bool {
@@ -159,7 +183,7 @@ impl Pair {
     /// # Errors
     /// They overlap by more than that.
     fn touch(&self) -> Result<bool, ContactError> {
-        let least = self.parts_after(0.0).map(|(a, b)| gap(&a, &b)).fold(f64::INFINITY, f64::min);
+        let least = self.parts_after(0.0).map(|(a, b)| contact_gap(&a, &b)).fold(f64::INFINITY, f64::min);
         let distance = (self.a.position_after(0.0) - self.b.position_after(0.0)).length();
         let touching = tolerance::contact(self.a.reach().max(self.b.reach()), distance);
         if least < -touching {
@@ -178,7 +202,7 @@ impl Pair {
             return Ok(Class::Apart);
         }
         let speed_of = |member: &Member| {
-            let twist = member.twist_after(0.0);
+            let twist = member.given_twist();
             twist.velocity.length() + twist.angular_velocity.length() * member.reach()
         };
         let approach_speed = self.contact_after(0.0).approach_speed();
@@ -230,8 +254,8 @@ impl Pair {
         }
     }
 
-    /// Seconds (s) after which bodies that do not get nearer stand to each other as they did, where that can be told: one
-    /// turns at a constant rate and the other does not. What has not touched until then never does.
+    /// Seconds after which bodies that do not get nearer stand to each other as they did, where that can be told: one does not
+    /// turn, and the other comes round. What has not touched until then never does.
     fn recurrence(&self) -> Option<f64> {
         let relative = self.a.flight.velocity() - self.b.flight.velocity();
         let plane = [&self.a, &self.b].into_iter().find(|member| member.is_plane());
@@ -239,11 +263,13 @@ impl Pair {
             let normal = plane.axes_after(0.0).z_axis;
             normal * normal.dot(relative)
         });
-        let rate = |member: &Member| member.rotation.fastest();
-        let (rest, turning) = if rate(&self.a) == 0.0 { (&self.a, &self.b) } else { (&self.b, &self.a) };
-        let steady = rate(rest) == 0.0 && rate(turning) > 0.0 && turning.rotation.fastest_change() == 0.0;
+        let stands = |member: &Member| member.rotation.fastest() == 0.0;
+        let (rest, turning) = if stands(&self.a) { (&self.a, &self.b) } else { (&self.b, &self.a) };
+        if approach != DVec3::ZERO || !stands(rest) || stands(turning) {
+            return None;
+        }
         // A little more than a turn, for the rounding of its length.
-        (approach == DVec3::ZERO && steady).then(|| TAU / rate(turning) * (1.0 + 1e-9))
+        turning.period().map(|period| period * (1.0 + 1e-9))
     }
 
     /// The impact at a contact; nothing if it does not approach.
@@ -263,10 +289,13 @@ impl Pair {
             return None;
         }
         if restitution == 1.0 {
-            let energy = |when: f64, [a, b]: &[Twist; 2]| self.a.energy(when, a) + self.b.energy(when, b);
-            let given = members.map(|member| member.twist_after(0.0));
-            let carried = energy(0.0, &given) + law.work_of_prescribed(&outcome);
-            outcome = law.resolve(Some(&|twists: &[Twist; 2]| carried - energy(seconds, twists)));
+            // What they were given, in spite of the rounding on the way.
+            let [given_a, given_b] = members.map(|member| member.energy(member.orientation, &member.given_twist()));
+            let carried = given_a + given_b + law.work_of_prescribed(&outcome);
+            let [orientation_a, orientation_b] = members.map(|member| member.rotation.orientation_after(seconds));
+            outcome = law.resolve(Some(&|twists: &[Twist; 2]| {
+                carried - self.a.energy(orientation_a, &twists[0]) - self.b.energy(orientation_b, &twists[1])
+            }));
         }
         Some(self.told(seconds, &contact, &outcome, restitution))
     }

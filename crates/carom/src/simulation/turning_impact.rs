@@ -8,7 +8,7 @@ use crate::event::{Form, Kind};
 use crate::predict::solids::{Sought, in_order, plane_at};
 use crate::predict::turning::contact::{Contact, Feature};
 use crate::predict::turning::motion::Body;
-use crate::predict::turning::{Memory, contact_after, gap};
+use crate::predict::turning::{Memory, contact_after, contact_gap};
 use crate::record::Impact;
 use crate::resolve::newton;
 use crate::resolve::turning::{Arms, MOST_POINTS, Mobility, TurningContact, TurningOutcome, Twist};
@@ -293,7 +293,7 @@ pub(crate) fn contact_of_parts<'a>(
         .map(|(a, b)| {
             let size = a.solid.reach().max(b.solid.reach());
             let tolerance = contact_tolerance(size, (a.position - b.position).length());
-            (gap(&a, &b), tolerance, contact_after(&a, &b, 0.0, &Memory::default()))
+            (contact_gap(&a, &b), tolerance, contact_after(&a, &b, 0.0, &Memory::default()))
         })
         .collect();
     let nearest = found.iter().map(|&(gap, ..)| gap).fold(f64::INFINITY, f64::min);
