@@ -15,7 +15,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from carom.errors import CaromError, CollapseError, OverlapError, RunFolderError, SceneError
+from carom.errors import CaromError, CollapseError, OverlapError, RunFolderError, SceneError, UndecidedError
 
 if TYPE_CHECKING:
     from carom.impact import Impact, classify, collide, resolve
@@ -37,6 +37,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Simulation",
+    "UndecidedError",
     "__version__",
     "classify",
     "collide",

@@ -19,6 +19,7 @@ __all__ = [
     "OverlapError",
     "ShapeError",
     "TriangleMesh",
+    "UndecidedError",
     "__version__",
     "check_inertia",
     "classify",
@@ -47,6 +48,11 @@ class CheckError(ValueError):
 
 class OverlapError(ValueError):
     """Two bodies are deeper in each other than touching."""
+
+class UndecidedError(RuntimeError):
+    """Whether two bodies ever touch was not found."""
+
+    clear_until: float
 
 class ShapeError(ValueError):
     """No body has such a shape, mass or inertia.

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["CaromError", "CollapseError", "OverlapError", "Problem", "RunFolderError", "SceneError"]
+__all__ = ["CaromError", "CollapseError", "OverlapError", "Problem", "RunFolderError", "SceneError", "UndecidedError"]
 
 LISTED = 20
 """So many problems are written out in the message of a :class:`SceneError`; the rest is counted."""
@@ -122,6 +122,20 @@ class SceneError(CaromError, ValueError):
 
 class OverlapError(CaromError, ValueError):
     """Two bodies overlap more deeply than touching, where that has no meaning."""
+
+
+class UndecidedError(CaromError, RuntimeError):
+    """Two bodies that turn stay near each other for so long that whether they ever touch was not found.
+
+    Attributes
+    ----------
+    clear_until : float
+        Seconds up to which there certainly is no impact.
+    """
+
+    def __init__(self, message: str, clear_until: float = math.nan) -> None:
+        super().__init__(message)
+        self.clear_until = clear_until
 
 
 class CollapseError(CaromError, RuntimeError):

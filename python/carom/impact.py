@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import _carom
-from carom.errors import ABSENT, OverlapError, Problem, SceneError
+from carom.errors import ABSENT, OverlapError, Problem, SceneError, UndecidedError
 from carom.impact_table import KINDS
 
 if TYPE_CHECKING:
@@ -38,9 +38,9 @@ class Impact:
     """The smaller id of the two; that of a wall of the domain is negative."""
     b: int
     kind: str
-    """"ball-ball" or "ball-plane"; "contact" where `resolve` was told of it."""
+    """What of the two surfaces meets, "ball-ball", "vertex-face", …; "contact" where `resolve` was told of it."""
     point: NDArray[np.float64]
-    """Where they touch, m."""
+    """Where they touch, m; where several points do, their mean, weighted by their impulses."""
     normal: NDArray[np.float64]
     """Unit vector from b to a."""
     approach_speed: float
@@ -67,12 +67,20 @@ class Impact:
     mass_a: float
     """kg; inf for fixed bodies."""
     mass_b: float
+    points: NDArray[np.float64] | None = None
+    """The points that touch, (k, 3), m, all with the one normal: of a face that lands flat its corners. None of an
+    impact of a run, which records `point` alone."""
+    impulses: NDArray[np.float64] | None = None
+    """What acts at each of `points`, (k,), N s, none negative; their sum is `impulse`. From four points on it is one
+    choice of several with the same velocities after."""
 
     @classmethod
     def from_native(cls, row: Mapping[str, Any]) -> Impact:
         """Make an impact from the dict that the native module gives; further entries are left aside."""
         values: dict[str, Any] = {}
         for field in fields(cls):
+            if field.name in ("points", "impulses") and field.name not in row:
+                continue
             value = row[field.name]
             if field.name == "kind":
                 values["kind"] = value if isinstance(value, str) else KINDS[value]
@@ -85,35 +93,45 @@ class Impact:
         return cls(**values)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the same as plain numbers, text and lists."""
+        """Return the same as plain numbers, text and lists, without what is None."""
         found = ((field.name, getattr(self, field.name)) for field in fields(self))
-        return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in found}
+        told = ((name, value) for name, value in found if value is not None)
+        return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in told}
 
 
 def collide(a: Mapping[str, Any], b: Mapping[str, Any], *, restitution: float = 1.0) -> Impact | None:
     """Let two bodies fly freely, without gravity, to their first contact, and resolve the impact there.
 
+    Until then bodies of any shape turn freely, as Euler's equations have it, in closed form. The contact of bodies that
+    turn is found as in a run: none deeper than δ is missed, and what is found is within δ of touching. δ is 2⁻⁴⁰
+    (9e-13) of the larger body's size, the distance of its farthest point from its centre of mass, or 64 ε times the
+    distance of the centres (of a plane: its point nearest to the origin), if that is larger.
+
     Parameters
     ----------
     a, b
-        Balls and planes, not yet bodies of other shapes: mappings with the fields of a scene's `[[body]]`; `radius = r`
-        is short for `shape = {kind = "ball", radius = r}`. They are not changed. `material`, `name` and `id` are of no
-        account.
+        Mappings with the fields of a scene's `[[body]]`, of any shape but `mesh`; `radius = r` is short for
+        `shape = {kind = "ball", radius = r}`, and mesh files of convex shapes are named from the current folder. They
+        are not changed. `material`, `name` and `id` are of no account.
     restitution
         e, from 0 to 1.
 
     Returns
     -------
     impact
-        With `time` counted from the given state, a = 0 and b = 1; None if they never meet. Bodies that touch and
-        approach collide at time 0.
+        With `time` counted from the given state, a = 0 and b = 1; None if they never meet or only graze. Bodies that
+        touch and approach collide at time 0. Where several points touch with one normal, they are resolved together, by
+        reflections, and `points` and `impulses` have each. A compound that touches in several directions at once gets
+        the impact in that in which it approaches fastest; ask again with what came out for the next.
 
     Raises
     ------
     SceneError
-        A field is unknown, missing or wrong.
+        A field is unknown, missing or wrong, or both bodies are in prescribed motion.
     OverlapError
         The bodies are deeper in each other than touching, or concentric.
+    UndecidedError
+        Bodies that turn and do not move apart did not touch in a million steps of the search.
     """
     bodies = _native_body("a", a), _native_body("b", b)
     with _overlap():
@@ -140,7 +158,8 @@ def resolve(
     Returns
     -------
     impact
-        At time 0. If the bodies do not approach at the contact the impulse is 0 and nothing changes.
+        At time 0. If the bodies do not approach at the contact the impulse is 0 and nothing changes. One point only:
+        what lands flat is for `collide`.
 
     Raises
     ------
@@ -163,6 +182,12 @@ def resolve(
 def classify(a: Mapping[str, Any], b: Mapping[str, Any]) -> str:
     """Tell how two bodies stand to each other, by the sign of v_AB·n where they touch.
 
+    v_AB = (v_A + ω_A × r_A) − (v_B + ω_B × r_B) is the relative velocity of their points there. Balls and planes touch
+    when their gap is within 4 units in the last place of the largest coordinate or radius, bodies that turn when it is
+    within δ (see `collide`), to which their contacts are known. v_AB·n is zero when within 4 ε of the speeds that make
+    it up. Of several points that touch, the one that approaches fastest decides: a face that tips up about an edge at
+    rest rests.
+
     Parameters
     ----------
     a, b
@@ -178,7 +203,7 @@ def classify(a: Mapping[str, Any], b: Mapping[str, Any]) -> str:
     SceneError
         A field is unknown, missing or wrong.
     OverlapError
-        The bodies are deeper in each other than touching.
+        The bodies are deeper in each other than touching, or concentric.
     """
     bodies = _native_body("a", a), _native_body("b", b)
     with _overlap():
@@ -298,5 +323,7 @@ def _overlap() -> Iterator[None]:
         yield
     except _carom.OverlapError as error:
         raise OverlapError(str(error)) from None
+    except _carom.UndecidedError as error:
+        raise UndecidedError(str(error), error.clear_until) from None
     except _carom.CheckError as error:
         raise _problem("", ABSENT, str(error)) from None

@@ -516,11 +516,3 @@ def test_resolve_against_what_is_fixed(tmp_path, monkeypatch):
         assert impact.velocity_a.tolist() == [1, 0, 0]
         assert impact.impulse == 2
         assert impact.mass_b == math.inf
-
-
-@pytest.mark.parametrize("question", [carom.collide, carom.classify])
-def test_where_they_touch_is_not_known_yet(question):
-    ball = {"radius": 0.5, "mass": 2.0, "position": [5, 0, 0]}
-    for pair in ((ball, body(BOX)), (body(CAPSULE), ball), (body(BOX), body(BOX, position=[9, 0, 0]))):
-        with pytest.raises(SceneError, match="not yet of bodies that turn"):
-            question(*pair)

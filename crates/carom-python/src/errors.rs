@@ -11,6 +11,7 @@ use pyo3::types::{PyDict, PyList};
 
 create_exception!(_carom, CheckError, PyValueError, "The scene is wrong; `problems` lists what.");
 create_exception!(_carom, OverlapError, PyValueError, "Two bodies are deeper in each other than touching.");
+create_exception!(_carom, UndecidedError, PyRuntimeError, "Whether two bodies ever touch was not found.");
 create_exception!(_carom, ShapeError, PyValueError, "No body has such a shape, mass or inertia.");
 create_exception!(_carom, CollapseError, PyRuntimeError, "The run cannot go on by impacts alone.");
 
@@ -76,5 +77,10 @@ pub fn contact(py: Python<'_>, error: &ContactError) -> PyErr {
     match error {
         ContactError::Check(error) => check(py, error),
         ContactError::Overlap { .. } => OverlapError::new_err(error.to_string()),
+        ContactError::Undecided { clear_until } => {
+            let raised = UndecidedError::new_err(error.to_string());
+            let told = raised.value(py).setattr("clear_until", clear_until);
+            told.map_or_else(|failure| failure, |()| raised)
+        }
     }
 }

@@ -23,6 +23,7 @@ fn _carom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("CheckError", py.get_type::<errors::CheckError>())?;
     module.add("CollapseError", py.get_type::<errors::CollapseError>())?;
     module.add("OverlapError", py.get_type::<errors::OverlapError>())?;
+    module.add("UndecidedError", py.get_type::<errors::UndecidedError>())?;
     module.add("ShapeError", py.get_type::<errors::ShapeError>())?;
     module.add("MOST_TRIANGLES", carom::tolerance::MOST_TRIANGLES)?;
     module.add_class::<engine::Engine>()?;

@@ -26,12 +26,11 @@ fn body(value: &Bound<'_, PyDict>) -> PyResult<Body> {
         },
         (None, None, Some(geometry), None) => {
             // The core wants the principal axes, and not those in which the shape was given.
-            let geometry = geometry.cast::<Geometry>()?;
-            let turned = geometry.get().body.to_principal(DVec3::ZERO, orientation);
-            orientation = turned.map_err(|error| errors::shape(value.py(), &error))?.1;
-            Shape::Solid
+            let geometry = &geometry.cast::<Geometry>()?.get().body;
+            orientation = geometry.principal_orientation(orientation);
+            Shape::Solid(geometry.clone())
         }
-        (None, None, None, Some(_)) => Shape::Solid,
+        (None, None, None, Some(_)) => Shape::Unknown,
         _ => return Err(PyValueError::new_err("a body has either a radius, a plane, a geometry or a mesh")),
     };
     let fixed = entry("fixed")?.map_or(Ok(false), |value| value.extract::<bool>())?;
@@ -63,6 +62,8 @@ fn impact<'py>(py: Python<'py>, found: &PairImpact, a: &Body, b: &Body) -> PyRes
     row.set_item("approach_speed", found.approach_speed)?;
     row.set_item("separation_speed", found.separation_speed)?;
     row.set_item("impulse", found.impulse)?;
+    row.set_item("points", found.points.iter().map(|at| at.point.to_array()).collect::<Vec<_>>())?;
+    row.set_item("impulses", found.points.iter().map(|at| at.impulse).collect::<Vec<_>>())?;
     row.set_item("restitution", found.restitution)?;
     row.set_item("energy_lost", found.energy_lost)?;
     for (side, body, row_of) in [("a", a, 0), ("b", b, 1)] {
@@ -84,7 +85,7 @@ pub fn collide<'py>(
     restitution: f64,
 ) -> PyResult<Option<Bound<'py, PyDict>>> {
     let (a, b) = (body(a)?, body(b)?);
-    let found = contact::collide(&a, &b, restitution).map_err(|error| errors::contact(py, &error))?;
+    let found = py.detach(|| contact::collide(&a, &b, restitution)).map_err(|error| errors::contact(py, &error))?;
     found.map(|found| impact(py, &found, &a, &b)).transpose()
 }
 

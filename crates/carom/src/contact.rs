@@ -1,6 +1,9 @@
 //! Two bodies alone: do they touch, will they, and what then.
 
+mod turning;
+
 use std::fmt;
+use std::sync::Arc;
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -9,11 +12,12 @@ use crate::event::Kind;
 use crate::predict::{ShapeKind, ball_ball, ball_plane, kind_of_pair};
 use crate::resolve::newton::Contact;
 use crate::resolve::turning::{Arms, Mobility, TurningContact, Twist};
+use crate::shape::BodyGeometry;
 use crate::simulation::approach_speed;
 use crate::tolerance::{LIMITS, RESTING, UNIT_LENGTH, touching};
 
 /// A body's shape.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A ball of this radius (m).
     Ball {
@@ -27,8 +31,10 @@ pub enum Shape {
         /// Distance from the origin along the normal (m).
         offset: f64,
     },
-    /// A body that turns. Where its surface is does not matter at a given contact.
-    Solid,
+    /// That of a body that turns.
+    Solid(Arc<BodyGeometry>),
+    /// Any other: only what happens at a given contact can be told, where no shape matters.
+    Unknown,
 }
 
 impl Shape {
@@ -37,24 +43,18 @@ impl Shape {
         match self {
             Self::Ball { .. } => Some(ShapeKind::Ball),
             Self::Plane { .. } => Some(ShapeKind::Plane),
-            Self::Solid => None,
+            Self::Solid(_) | Self::Unknown => None,
         }
     }
 }
 
-/// The names of both in the table of pairs.
-///
-/// # Errors
-/// A body that turns.
-fn kinds(a: &Body, b: &Body) -> Result<(ShapeKind, ShapeKind), Problem> {
-    let reason = "where two bodies touch can be told of balls and planes only, not yet of bodies that turn; resolve \
-                  takes any shape, at a contact that is given";
-    let unsupported = || Problem::new("pair", None, "", "", reason);
-    Ok((a.shape.kind().ok_or_else(unsupported)?, b.shape.kind().ok_or_else(unsupported)?))
+/// The pair in the table, if it is there.
+fn kind(a: &Body, b: &Body) -> Option<Kind> {
+    kind_of_pair(a.shape.kind()?, b.shape.kind()?)
 }
 
 /// One of two bodies.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Body {
     /// What it looks like.
     pub shape: Shape,
@@ -72,14 +72,23 @@ pub struct Body {
     pub angular_velocity: DVec3,
 }
 
-/// The impact of two bodies.
+/// What acts at one point of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointImpulse {
+    /// Where (m).
+    pub point: DVec3,
+    /// Its part of j (N s), not negative.
+    pub impulse: f64,
+}
+
+/// The impact of two bodies.
+#[derive(Clone, Debug, PartialEq)]
 pub struct PairImpact {
     /// Seconds from the given states to the contact.
     pub time: f64,
     /// What kind of surfaces met; `None` where only a contact was given.
     pub kind: Option<Kind>,
-    /// Where they touch (m).
+    /// Where they touch (m); where several points do, their mean, weighted by their impulses.
     pub point: DVec3,
     /// Unit vector from B to A.
     pub normal: DVec3,
@@ -87,8 +96,10 @@ pub struct PairImpact {
     pub approach_speed: f64,
     /// v_AB·n after (m/s).
     pub separation_speed: f64,
-    /// j (N s): +j n acts on A, -j n on B.
+    /// j (N s), the sum over all points: +j n acts on A, -j n on B.
     pub impulse: f64,
+    /// The points that touch, all with the same normal.
+    pub points: Vec<PointImpulse>,
     /// e
     pub restitution: f64,
     /// ½ (1 - e²) (v_AB·n)² / (1/m_A + 1/m_B + rotation terms) (J).
@@ -97,7 +108,7 @@ pub struct PairImpact {
     pub velocities: [DVec3; 2],
     /// Angular velocities of A and B after (rad/s).
     pub angular_velocities: [DVec3; 2],
-    /// Centres of A and B at the contact (m).
+    /// Centres of A and B at the contact (m); of a plane, given a body that turns, the point touched.
     pub positions: [DVec3; 2],
 }
 
@@ -115,6 +126,17 @@ pub enum Class {
 }
 
 impl Class {
+    /// Of surfaces that touch, by v_AB·n (m/s): zero is what is within rounding of the `speeds` (m/s) of both.
+    fn of(speed: f64, speeds: f64) -> Self {
+        if speed.abs() <= RESTING * speeds {
+            Self::RestingContact
+        } else if speed < 0.0 {
+            Self::CollisionImminent
+        } else {
+            Self::MovingAway
+        }
+    }
+
     /// In the notes' words.
     pub fn name(self) -> &'static str {
         match self {
@@ -136,6 +158,11 @@ pub enum ContactError {
         /// How deep (m).
         depth: f64,
     },
+    /// Bodies that turn stay near each other for so long that the search was given up.
+    Undecided {
+        /// Seconds up to which there certainly is no impact.
+        clear_until: f64,
+    },
 }
 
 impl fmt::Display for ContactError {
@@ -143,6 +170,10 @@ impl fmt::Display for ContactError {
         match self {
             Self::Check(error) => error.fmt(f),
             Self::Overlap { depth } => write!(f, "the bodies overlap by {depth:e} m"),
+            Self::Undecided { clear_until } => write!(
+                f,
+                "the bodies do not touch within {clear_until:e} s; whether they do later, staying near each other, was not found"
+            ),
         }
     }
 }
@@ -166,13 +197,10 @@ struct Geometry {
 }
 
 fn geometry(a: &Body, b: &Body) -> Result<Geometry, ContactError> {
-    validate(a, 0)?;
-    validate(b, 1)?;
-    let (kind_a, kind_b) = kinds(a, b)?;
-    let kind = kind_of_pair(kind_a, kind_b).ok_or_else(|| {
+    let kind = kind(a, b).ok_or_else(|| {
         Problem::new("pair", None, "shape", "plane and plane", "two planes, whose motion is prescribed, cannot collide")
     })?;
-    let geometry = match (a.shape, b.shape) {
+    let geometry = match (&a.shape, &b.shape) {
         (Shape::Ball { radius: radius_a }, Shape::Ball { radius: radius_b }) => {
             let direction = a.position - b.position;
             if direction == DVec3::ZERO {
@@ -182,9 +210,9 @@ fn geometry(a: &Body, b: &Body) -> Result<Geometry, ContactError> {
             let largest = a.position.abs().max(b.position.abs()).max_element().max(sum);
             Geometry { kind, direction, gap: direction.length() - sum, touching: touching(largest) }
         }
-        (Shape::Ball { radius }, Shape::Plane { normal, offset }) => plane_geometry(kind, a, radius, normal, offset),
+        (Shape::Ball { radius }, Shape::Plane { normal, offset }) => plane_geometry(kind, a, *radius, *normal, *offset),
         (Shape::Plane { normal, offset }, Shape::Ball { radius }) => {
-            let mirrored = plane_geometry(kind, b, radius, normal, offset);
+            let mirrored = plane_geometry(kind, b, *radius, *normal, *offset);
             Geometry { direction: -mirrored.direction, ..mirrored }
         }
         _ => unreachable!("not in the table of pairs"),
@@ -228,36 +256,60 @@ fn validate(body: &Body, row: i64) -> Result<(), Problem> {
     Ok(())
 }
 
-/// How two bodies stand to each other, by the notes' classification.
+/// The two as bodies of which one turns or both; `None` of balls and planes.
+fn turning_pair(a: &Body, b: &Body) -> Result<Option<turning::Pair>, ContactError> {
+    validate(a, 0)?;
+    validate(b, 1)?;
+    let plain = |body: &Body| body.shape.kind().is_some();
+    Ok(if plain(a) && plain(b) { None } else { Some(turning::Pair::new(a, b)?) })
+}
+
+/// How two bodies stand to each other, by the notes' classification. Balls and planes touch within
+/// [`touching`](crate::tolerance::touching), bodies that turn within δ, [`contact`](crate::tolerance::contact). Of several
+/// points that touch, the one that approaches fastest decides.
 ///
 /// # Errors
 /// If a value is wrong, or if they overlap deeper than touching.
 pub fn classify(a: &Body, b: &Body) -> Result<Class, ContactError> {
+    if let Some(pair) = turning_pair(a, b)? {
+        return pair.classify();
+    }
     let geometry = geometry(a, b)?;
     if geometry.gap > geometry.touching {
         return Ok(Class::Apart);
     }
     let relative = a.velocity - b.velocity;
     let speed = geometry.direction.normalize().dot(relative);
-    Ok(if speed.abs() <= RESTING * (a.velocity.length() + b.velocity.length()) {
-        Class::RestingContact
-    } else if speed < 0.0 {
-        Class::CollisionImminent
-    } else {
-        Class::MovingAway
-    })
+    Ok(Class::of(speed, a.velocity.length() + b.velocity.length()))
 }
 
-/// The first impact of two bodies in free flight without gravity, or `None` if they never meet.
+/// The first impact of two bodies in free flight without gravity, or `None` if they never meet. Bodies turn freely until then,
+/// as known in closed form. A compound that touches in several directions at one instant gets the impact of the one in which
+/// it approaches fastest.
 ///
 /// # Errors
-/// If a value is wrong, if both motions are prescribed, or if they overlap deeper than touching.
+/// If a value is wrong, if both motions are prescribed, if they overlap deeper than touching, or if bodies that turn stay near
+/// each other for so long that whether they touch is not found.
 pub fn collide(a: &Body, b: &Body, restitution: f64) -> Result<Option<PairImpact>, ContactError> {
     check_restitution(restitution)?;
+    let turning = turning_pair(a, b)?;
+    if let Some(pair) = turning {
+        check_free(a, b)?;
+        let impact = pair.collide(restitution)?;
+        return Ok(impact.map(|mut impact| {
+            // Smooth impacts do not ask for the spin of a ball.
+            for (body, spin) in [a, b].into_iter().zip(&mut impact.angular_velocities) {
+                if body.shape.kind().is_some() {
+                    *spin = body.angular_velocity;
+                }
+            }
+            impact
+        }));
+    }
     let geometry = geometry(a, b)?;
     check_free(a, b)?;
     let relative = a.velocity - b.velocity;
-    let seconds = match (a.shape, b.shape) {
+    let seconds = match (&a.shape, &b.shape) {
         (Shape::Ball { radius: radius_a }, Shape::Ball { radius: radius_b }) => {
             ball_ball::time_of_impact(geometry.direction, relative, radius_a + radius_b)
         }
@@ -287,11 +339,12 @@ pub fn collide(a: &Body, b: &Body, restitution: f64) -> Result<Option<PairImpact
         |body: &Body| if body.mass.is_finite() { 0.5 * body.mass * body.velocity.length_squared() } else { 0.0 };
     let carried = (restitution == 1.0).then(|| kinetic(a) + kinetic(b) + contact.work_of_prescribed());
     let outcome = contact.resolve(carried, |velocity_a, velocity_b| direction.dot(velocity_a - velocity_b) >= 0.0);
-    let point = match (a.shape, b.shape) {
-        (Shape::Ball { radius }, _) => positions[0] - normal * radius,
-        (_, Shape::Ball { radius }) => positions[1] + normal * radius,
+    let point = match (&a.shape, &b.shape) {
+        (Shape::Ball { radius }, _) => positions[0] - normal * *radius,
+        (_, Shape::Ball { radius }) => positions[1] + normal * *radius,
         _ => positions[0],
     };
+    let impulse = contact.impulse(&outcome);
     Ok(Some(PairImpact {
         time: seconds,
         kind: Some(geometry.kind),
@@ -299,7 +352,8 @@ pub fn collide(a: &Body, b: &Body, restitution: f64) -> Result<Option<PairImpact
         normal,
         approach_speed,
         separation_speed: (outcome.velocity_a - outcome.velocity_b).dot(normal),
-        impulse: contact.impulse(&outcome),
+        impulse,
+        points: vec![PointImpulse { point, impulse }],
         restitution,
         energy_lost: contact.energy_lost(),
         velocities: [outcome.velocity_a, outcome.velocity_b],
@@ -328,7 +382,16 @@ fn mobility(body: &Body, row: i64) -> Result<Mobility, Problem> {
     if body.mass == f64::INFINITY {
         return Ok(Mobility::NONE);
     }
-    if !(body.inertia.is_finite() && body.inertia.min_element() > 0.0) {
+    check_turning(body, row)?;
+    let [w, x, y, z] = body.orientation;
+    let axes = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
+    Ok(Mobility::new(body.mass, body.inertia, axes))
+}
+
+/// The numbers of how a body turns; the inertia only where it is free.
+fn check_turning(body: &Body, row: i64) -> Result<(), Problem> {
+    let positive = body.inertia.is_finite() && body.inertia.min_element() > 0.0;
+    if body.mass.is_finite() && !positive {
         return Err(Problem::new("body", Some(row), "inertia", body.inertia, "must be positive and finite"));
     }
     let [w, x, y, z] = body.orientation;
@@ -342,8 +405,7 @@ fn mobility(body: &Body, row: i64) -> Result<Mobility, Problem> {
             "must be a unit quaternion (w, x, y, z)",
         ));
     }
-    let axes = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
-    Ok(Mobility::new(body.mass, body.inertia, axes))
+    Ok(())
 }
 
 /// The impact of two rigid bodies at a given contact, without friction:
@@ -374,12 +436,13 @@ pub fn resolve(a: &Body, b: &Body, point: DVec3, normal: DVec3, restitution: f64
     .resolve(None);
     Ok(PairImpact {
         time: 0.0,
-        kind: kinds(a, b).ok().and_then(|(kind_a, kind_b)| kind_of_pair(kind_a, kind_b)),
+        kind: kind(a, b),
         point,
         normal,
         approach_speed: outcome.approach_speed,
         separation_speed: outcome.separation_speed,
         impulse: outcome.impulse,
+        points: vec![PointImpulse { point, impulse: outcome.impulse }],
         restitution,
         energy_lost: outcome.energy_lost,
         velocities: outcome.twists.map(|twist| twist.velocity),

@@ -27,6 +27,7 @@ use crate::world::{Boundary, Partner, World};
 
 use guard::CollapseGuard;
 pub(crate) use impact::approach_speed;
+pub(crate) use turning_impact::{arms_of, contact_of_parts, form_of};
 
 /// So many balls are in the processor's cache, with all that is known of them.
 const CACHED: usize = 4000;

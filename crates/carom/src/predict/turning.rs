@@ -122,14 +122,26 @@ pub fn first_impact<R: Turning>(a: &Body<R>, b: &Body<R>, horizon: f64, memory: 
 
 /// The gap (m) of two bodies as they stand; negative, by how deep, if they overlap.
 pub fn gap<R: Turning>(a: &Body<R>, b: &Body<R>) -> f64 {
+    gap_beyond(a, b, 0.0)
+}
+
+/// As [`gap`], for bodies that may touch: by how little they overlap within δ/2 is told by the direction of the contact alone,
+/// without a search for a better one, which takes thousands of directions.
+pub fn contact_gap<R: Turning>(a: &Body<R>, b: &Body<R>) -> f64 {
+    gap_beyond(a, b, 1.0)
+}
+
+/// The gap (m), searched for in all directions where it is not above -`share` times δ/2.
+fn gap_beyond<R: Turning>(a: &Body<R>, b: &Body<R>, share: f64) -> f64 {
     if a.solid.is_half_space() {
-        return gap(b, a);
+        return gap_beyond(b, a, share);
     }
     let flight = RelativeFlight::of(a, b);
     let (pair, _) = flight.pair(a, b, 0.0);
-    let gap = pair.separate(&Memory::default().known(pair.offset), flight.close(a, b)).gap;
-    // Where they overlap, the search for a separating direction ends in any.
-    if gap >= 0.0 || b.solid.is_half_space() { gap } else { pair.largest_gap() }
+    let close = flight.close(a, b);
+    let gap = pair.separate(&Memory::default().known(pair.offset), close).gap;
+    // Where they overlap, the search for a separating direction ends in any: of no direction is the gap larger than the gap.
+    if gap >= -share * close || b.solid.is_half_space() { gap } else { pair.largest_gap().max(gap) }
 }
 
 /// The contact of two bodies `seconds` on, at an impact that was found: all points that touch then.

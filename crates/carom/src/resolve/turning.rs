@@ -103,6 +103,9 @@ pub struct TurningOutcome {
     pub twists: [Twist; 2],
     /// j (N s), summed over the points: +j n acts on A, -j n on B. 0 if no point approaches.
     pub impulse: f64,
+    /// Of it (N s) what acts at each point, none negative. Of four points and more it is one choice of several with the same
+    /// velocities after.
+    pub impulses: [f64; MOST_POINTS],
     /// Where the impulse acts: the points' mean, weighted by their shares of it.
     pub centre: Arms,
     /// -v_AB·n before at the centre of the impulse (m/s).
@@ -149,6 +152,16 @@ impl TurningContact<'_> {
         }
     }
 
+    /// Work (J) that a partner in prescribed motion does in the impact: J·V at the centre of the impulse; 0 if both are free.
+    pub fn work_of_prescribed(&self, outcome: &TurningOutcome) -> f64 {
+        let [a, b] = &self.twists;
+        match self.mobilities.map(|mobility| mobility.is_free()) {
+            [true, false] => outcome.impulse * self.normal.dot(b.at(outcome.centre.b)),
+            [false, true] => -outcome.impulse * self.normal.dot(a.at(outcome.centre.a)),
+            _ => 0.0,
+        }
+    }
+
     fn unchanged(&self, points: &[Arms]) -> TurningOutcome {
         let centre = points
             .iter()
@@ -159,6 +172,7 @@ impl TurningContact<'_> {
         TurningOutcome {
             twists: self.twists,
             impulse: 0.0,
+            impulses: [0.0; MOST_POINTS],
             centre,
             approach_speed: -speed,
             separation_speed: speed,
@@ -235,6 +249,7 @@ impl TurningContact<'_> {
         let approach_speed = -first;
         let inverse_mass = a.inverse_mass() + b.inverse_mass();
         let share = |mobility: &Mobility| mobility.inverse_mass() / inverse_mass;
+        let impulse = (1.0 + self.restitution) * approach_speed / inverse_mass;
         // What approaches is taken away, what parts is put in its place: each without the rounding of the other.
         let moved = |twist: Twist, share: f64| Twist {
             velocity: (twist.velocity + n * (approach_speed * share)) + n * (self.restitution * approach_speed * share),
@@ -242,7 +257,8 @@ impl TurningContact<'_> {
         };
         Some(TurningOutcome {
             twists: [moved(self.twists[0], share(&a)), moved(self.twists[1], -share(&b))],
-            impulse: (1.0 + self.restitution) * approach_speed / inverse_mass,
+            impulse,
+            impulses: weights.map(|weight| weight * impulse),
             centre,
             approach_speed,
             separation_speed: self.restitution * approach_speed,
@@ -382,6 +398,7 @@ impl TurningContact<'_> {
         TurningOutcome {
             twists,
             impulse,
+            impulses: scaled,
             centre,
             approach_speed: -self.speed(&centre, &self.twists),
             separation_speed: self.speed(&centre, &twists),

@@ -8,7 +8,7 @@ use crate::event::{Form, Kind};
 use crate::predict::solids::{Sought, in_order, plane_at};
 use crate::predict::turning::contact::{Contact, Feature};
 use crate::predict::turning::motion::Body;
-use crate::predict::turning::{Memory, contact_after, gap};
+use crate::predict::turning::{Memory, contact_after, contact_gap};
 use crate::record::Impact;
 use crate::resolve::newton;
 use crate::resolve::turning::{Arms, MOST_POINTS, Mobility, TurningContact, TurningOutcome, Twist};
@@ -53,10 +53,7 @@ impl Simulation {
             }
             (None, None) => return Ok(()),
         };
-        let mut points = [Arms::default(); MOST_POINTS];
-        for (arms, point) in points.iter_mut().zip(contact.points()) {
-            *arms = Arms { a: point.from_a, b: point.from_b };
-        }
+        let points = arms_of(&contact);
         let restitution = self.world.restitution.of(sides[0].material, sides[1].material);
         let law = TurningContact {
             normal: contact.normal,
@@ -72,7 +69,7 @@ impl Simulation {
         self.refuse_turning(&sides, &law, &outcome, now)?;
         let elastic = restitution == 1.0;
         let outcome = if elastic {
-            let carried = self.carried_by(&sides) + work_of_prescribed(&sides, contact.normal, &outcome);
+            let carried = self.carried_by(&sides) + law.work_of_prescribed(&outcome);
             law.resolve(Some(&|twists: &[Twist; 2]| {
                 carried - self.kinetic_energy(&sides[0], &twists[0]) - self.kinetic_energy(&sides[1], &twists[1])
             }))
@@ -82,7 +79,7 @@ impl Simulation {
         for (k, other) in [(0, 1), (1, 0)] {
             self.settle_turning(&sides[k], self.partner_of(&sides[other]), outcome.twists[k], now);
         }
-        self.book_turning(&sides, contact.normal, &outcome, elastic);
+        self.book_turning(&sides, &law, &outcome, elastic);
         match partner.as_plane() {
             Some(_) => self.counts.ball_plane += 1,
             None => self.counts.ball_ball += 1,
@@ -225,12 +222,12 @@ impl Simulation {
     }
 
     /// Carries the energies on, and books what bodies in prescribed motion gave.
-    fn book_turning(&mut self, sides: &[Side; 2], normal: DVec3, outcome: &TurningOutcome, elastic: bool) {
+    fn book_turning(&mut self, sides: &[Side; 2], law: &TurningContact, outcome: &TurningOutcome, elastic: bool) {
         if !elastic {
             self.ledger.dissipated.add(outcome.energy_lost);
         }
         let free = [0, 1].map(|k| sides[k].row.filter(|_| sides[k].is_free()));
-        let work = work_of_prescribed(sides, normal, outcome);
+        let work = law.work_of_prescribed(outcome);
         match free {
             [Some(a), Some(b)] if elastic => {
                 let sum = self.world.bodies[a].energy + self.world.bodies[b].energy;
@@ -249,7 +246,7 @@ impl Simulation {
         if let ([Some(row), None], sign, arm) | ([None, Some(row)], sign, arm) =
             if free[0].is_some() { (free, 1.0, outcome.centre.a) } else { (free, -1.0, outcome.centre.b) }
         {
-            let impulse = normal * (sign * outcome.impulse);
+            let impulse = law.normal * (sign * outcome.impulse);
             self.ledger.wall_impulse.add(impulse);
             self.ledger.wall_moment.add((self.world.flights[row].position() + arm).cross(impulse));
             self.ledger.work.add(work);
@@ -257,28 +254,46 @@ impl Simulation {
     }
 
     fn kind(&self, sides: &[Side; 2], contact: &Contact) -> Kind {
-        let form = |k: usize| match (sides[k].row, contact.features[k]) {
-            (None, _) => Form::Plane,
-            (Some(row), _) if self.world.turning_body(row).is_none() => Form::Ball,
-            (_, Feature::Face(_) | Feature::Cap(_)) => Form::Face,
-            (_, Feature::Side) => Form::Side,
-            (_, Feature::Edge(_)) => Form::Edge,
-            (_, Feature::Rim(_)) => Form::Rim,
-            (_, Feature::Surface) => Form::Surface,
-            (_, Feature::Vertex(_)) => Form::Vertex,
+        let form = |k: usize| match sides[k].row {
+            None => Form::Plane,
+            Some(row) if self.world.turning_body(row).is_none() => Form::Ball,
+            Some(_) => form_of(contact.features[k]),
         };
         Kind::of(form(0), form(1)).unwrap_or(Kind::BallPlane)
     }
 }
 
+/// The form of what touches, of a body that turns.
+pub(crate) fn form_of(feature: Feature) -> Form {
+    match feature {
+        Feature::Face(_) | Feature::Cap(_) => Form::Face,
+        Feature::Side => Form::Side,
+        Feature::Edge(_) => Form::Edge,
+        Feature::Rim(_) => Form::Rim,
+        Feature::Surface => Form::Surface,
+        Feature::Vertex(_) => Form::Vertex,
+    }
+}
+
+/// The points of a contact as the law takes them; of no account beyond their number.
+pub(crate) fn arms_of(contact: &Contact) -> [Arms; MOST_POINTS] {
+    let mut points = [Arms::default(); MOST_POINTS];
+    for (arms, point) in points.iter_mut().zip(contact.points()) {
+        *arms = Arms { a: point.from_a, b: point.from_b };
+    }
+    points
+}
+
 /// Where two bodies of several parts touch: the pair of parts that is nearest, with the points of all others that touch in the
 /// same direction. Those that touch in another are found again, at the same instant, after this impact.
-fn contact_of_parts<'a>(pairs: impl Iterator<Item = (Body<'a, Rotation>, Body<'a, Rotation>)>) -> Option<Contact> {
+pub(crate) fn contact_of_parts<'a>(
+    pairs: impl Iterator<Item = (Body<'a, Rotation>, Body<'a, Rotation>)>,
+) -> Option<Contact> {
     let mut found: Vec<(f64, f64, Contact)> = pairs
         .map(|(a, b)| {
             let size = a.solid.reach().max(b.solid.reach());
             let tolerance = contact_tolerance(size, (a.position - b.position).length());
-            (gap(&a, &b), tolerance, contact_after(&a, &b, 0.0, &Memory::default()))
+            (contact_gap(&a, &b), tolerance, contact_after(&a, &b, 0.0, &Memory::default()))
         })
         .collect();
     let nearest = found.iter().map(|&(gap, ..)| gap).fold(f64::INFINITY, f64::min);
@@ -298,16 +313,6 @@ fn contact_of_parts<'a>(pairs: impl Iterator<Item = (Body<'a, Rotation>, Body<'a
 
 /// Parts touch in one direction if the cosine of the angle between their normals differs from 1 by no more (pure number, 8ε).
 const ONE_DIRECTION: f64 = 8.0 * f64::EPSILON;
-
-/// Work (J) that a partner in prescribed motion does: J·V at the centre of the impulse; 0 if both are free.
-fn work_of_prescribed(sides: &[Side; 2], normal: DVec3, outcome: &TurningOutcome) -> f64 {
-    let [a, b] = sides;
-    match (a.is_free(), b.is_free()) {
-        (true, false) => outcome.impulse * normal.dot(b.twist.at(outcome.centre.b)),
-        (false, true) => -outcome.impulse * normal.dot(a.twist.at(outcome.centre.a)),
-        _ => 0.0,
-    }
-}
 
 fn recorded(
     sides: &[Side; 2],

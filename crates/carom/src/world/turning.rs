@@ -130,7 +130,7 @@ impl TurningBodies {
 }
 
 /// The rest of what has z along a unit vector.
-fn standing(normal: DVec3) -> Rotation {
+pub(crate) fn standing(normal: DVec3) -> Rotation {
     // The turn by the angle between them, about what is perpendicular to both: (1 + n·z, z × n), not yet of length 1.
     let turn = if normal.z < -0.5 {
         // Beyond, by way of -z, so that nothing cancels.

@@ -1,0 +1,328 @@
+//! Two bodies alone, of which one turns or both: the search, the contact and the law of a simulation, without one.
+
+use std::f64::consts::TAU;
+
+use glam::{DMat3, DQuat, DVec3};
+
+use super::{Body, Class, ContactError, PairImpact, PointImpulse, Shape};
+use crate::error::Problem;
+use crate::event::{Form, Kind};
+use crate::flight::Flight;
+use crate::predict::turning::contact::Contact;
+use crate::predict::turning::motion::Body as Moving;
+use crate::predict::turning::solid::Solid;
+use crate::predict::turning::{Memory, STEPS, contact_gap, first_impact};
+use crate::resolve::turning::{Mobility, TurningContact, TurningOutcome, Twist};
+use crate::rotation::Rotation;
+use crate::simulation::{arms_of, contact_of_parts, form_of};
+use crate::time::Time;
+use crate::tolerance;
+use crate::world::turning::standing;
+
+/// Steps of the search after which it is given up (a count): seconds of work. Only bodies that stay near each other for some
+/// thousand turns and do not touch take so many.
+const MOST_STEPS: u32 = 50 * STEPS;
+
+/// When the given states are.
+const START: Time = Time { epoch: 0.0, offset: 0.0 };
+
+/// One of the two, as the search sees it.
+struct Member {
+    /// Its convex parts.
+    parts: Vec<Solid>,
+    flight: Flight,
+    rotation: Rotation,
+    mass: f64,
+    /// Principal axes to world, as given.
+    orientation: DQuat,
+    /// World axes (rad/s), as given; 0 of a ball, which no contact turns without friction.
+    angular_velocity: DVec3,
+    /// Principal moments of inertia (kg m²) if it turns freely.
+    moments: Option<DVec3>,
+    /// What it is if it is not a body that turns.
+    form: Option<Form>,
+}
+
+impl Member {
+    fn new(body: &Body, row: i64) -> Result<Self, Problem> {
+        let flight = |position| Flight::new(position, body.velocity, START);
+        Ok(match &body.shape {
+            Shape::Ball { radius } => Self {
+                parts: vec![Solid::ball(*radius)],
+                flight: flight(body.position),
+                rotation: Rotation::REST,
+                mass: body.mass,
+                orientation: DQuat::IDENTITY,
+                angular_velocity: DVec3::ZERO,
+                moments: None,
+                form: Some(Form::Ball),
+            },
+            Shape::Plane { normal, offset } => Self {
+                parts: vec![Solid::half_space()],
+                flight: flight(*normal * *offset),
+                rotation: standing(*normal),
+                mass: f64::INFINITY,
+                orientation: DQuat::IDENTITY,
+                angular_velocity: DVec3::ZERO,
+                moments: None,
+                form: Some(Form::Plane),
+            },
+            Shape::Solid(geometry) => {
+                let free = body.mass.is_finite();
+                super::check_turning(body, row)?;
+                // What is prescribed keeps its angular velocity, as a body does whose moments are equal.
+                let moments = if free { body.inertia } else { DVec3::ONE };
+                let [w, x, y, z] = body.orientation;
+                let orientation = DQuat::from_xyzw(x, y, z, w).normalize();
+                Self {
+                    parts: Solid::parts(&geometry.shape),
+                    flight: flight(body.position),
+                    rotation: Rotation::new(moments, orientation, body.angular_velocity),
+                    mass: body.mass,
+                    orientation,
+                    angular_velocity: body.angular_velocity,
+                    moments: free.then_some(moments),
+                    form: None,
+                }
+            }
+            Shape::Unknown => {
+                let reason = "where bodies touch fixed surroundings of triangles cannot be told of two bodies alone; \
+                              resolve takes them, at a contact that is given";
+                return Err(Problem::new("body", Some(row), "shape", "mesh", reason));
+            }
+        })
+    }
+
+    /// One of its parts, `seconds` on.
+    fn part<'a>(&'a self, solid: &'a Solid, seconds: f64) -> Moving<'a, Rotation> {
+        Moving {
+            solid,
+            position: self.position_after(seconds),
+            velocity: self.flight.velocity(),
+            acceleration: DVec3::ZERO,
+            rotation: &self.rotation,
+            elapsed: seconds,
+        }
+    }
+
+    fn position_after(&self, seconds: f64) -> DVec3 {
+        self.flight.position_after(seconds, DVec3::ZERO)
+    }
+
+    fn twist_after(&self, seconds: f64) -> Twist {
+        Twist { velocity: self.flight.velocity(), angular_velocity: self.rotation.angular_velocity_after(seconds) }
+    }
+
+    /// Principal axes to world, as columns.
+    fn axes_after(&self, seconds: f64) -> DMat3 {
+        DMat3::from_quat(self.rotation.orientation_after(seconds))
+    }
+
+    fn mobility_after(&self, seconds: f64) -> Mobility {
+        match self.moments {
+            Some(moments) => Mobility::new(self.mass, moments, self.axes_after(seconds)),
+            None => Mobility { mass: self.mass, ..Mobility::NONE },
+        }
+    }
+
+    fn given_twist(&self) -> Twist {
+        Twist { velocity: self.flight.velocity(), angular_velocity: self.angular_velocity }
+    }
+
+    /// Kinetic energy (J); 0 in prescribed motion.
+    fn energy(&self, orientation: DQuat, twist: &Twist) -> f64 {
+        if !self.mass.is_finite() {
+            return 0.0;
+        }
+        let turning = self.moments.map_or(0.0, |moments| {
+            let along = DMat3::from_quat(orientation).transpose() * twist.angular_velocity;
+            0.5 * along.dot(moments * along)
+        });
+        0.5 * self.mass * twist.velocity.length_squared() + turning
+    }
+
+    /// Distance (m) of its farthest point from the centre; 0 of a plane.
+    fn reach(&self) -> f64 {
+        self.parts.iter().map(Solid::reach).fold(0.0, f64::max)
+    }
+
+    /// Seconds (s) after which it looks as before: a turn at a constant rate, or, round about z, one turn of that axis about the
+    /// angular momentum, 2π I₁/L. `None` if there is no such time, or none is known.
+    fn period(&self) -> Option<f64> {
+        if self.rotation.fastest_change() == 0.0 {
+            return Some(TAU / self.rotation.fastest());
+        }
+        let moments = self.moments.filter(|moments| moments.x == moments.y)?;
+        let round = self.parts.iter().all(Solid::is_round_about_z);
+        round.then(|| TAU * moments.x / self.rotation.angular_momentum().length())
+    }
+
+    fn is_plane(&self) -> bool {
+        self.form == Some(Form::Plane)
+    }
+}
+
+/// Two bodies, of which one turns or both.
+pub(super) struct Pair {
+    a: Member,
+    b: Member,
+}
+
+impl Pair {
+    pub(super) fn new(a: &Body, b: &Body) -> Result<Self, Problem> {
+        Ok(Self { a: Member::new(a, 0)?, b: Member::new(b, 1)? })
+    }
+
+    fn parts_after(&self, seconds: f64) -> impl Iterator<Item = (Moving<'_, Rotation>, Moving<'_, Rotation>)> {
+        let all = self.a.parts.iter().flat_map(|a| self.b.parts.iter().map(move |b| (a, b)));
+        all.map(move |(a, b)| (self.a.part(a, seconds), self.b.part(b, seconds)))
+    }
+
+    /// Whether they touch, by δ.
+    ///
+    /// # Errors
+    /// They overlap by more than that.
+    fn touch(&self) -> Result<bool, ContactError> {
+        let least = self.parts_after(0.0).map(|(a, b)| contact_gap(&a, &b)).fold(f64::INFINITY, f64::min);
+        let distance = (self.a.position_after(0.0) - self.b.position_after(0.0)).length();
+        let touching = tolerance::contact(self.a.reach().max(self.b.reach()), distance);
+        if least < -touching {
+            return Err(ContactError::Overlap { depth: -least });
+        }
+        Ok(least <= touching)
+    }
+
+    fn contact_after(&self, seconds: f64) -> Contact {
+        contact_of_parts(self.parts_after(seconds)).expect("a body has a part")
+    }
+
+    /// By the point that approaches fastest, if there are several.
+    pub(super) fn classify(&self) -> Result<Class, ContactError> {
+        if !self.touch()? {
+            return Ok(Class::Apart);
+        }
+        let speed_of = |member: &Member| {
+            let twist = member.given_twist();
+            twist.velocity.length() + twist.angular_velocity.length() * member.reach()
+        };
+        let approach_speed = self.contact_after(0.0).approach_speed();
+        Ok(Class::of(-approach_speed, speed_of(&self.a) + speed_of(&self.b)))
+    }
+
+    pub(super) fn collide(&self, restitution: f64) -> Result<Option<PairImpact>, ContactError> {
+        self.touch()?;
+        let mut after = 0.0;
+        let mut steps = 0;
+        while let Some(seconds) = self.first_contact(after, &mut steps)? {
+            if let Some(impact) = self.impact(seconds, restitution) {
+                return Ok(Some(impact));
+            }
+            // A grazing root whose contact, by rounding, does not approach. From there the search follows how they part.
+            if seconds == after && after > 0.0 {
+                return Err(ContactError::Undecided { clear_until: seconds });
+            }
+            after = seconds;
+        }
+        Ok(None)
+    }
+
+    /// Seconds to the first contact with approach that is not before `after` (s).
+    fn first_contact(&self, mut after: f64, steps: &mut u32) -> Result<Option<f64>, ContactError> {
+        loop {
+            let most = self.recurrence().map_or(f64::INFINITY, |period| period - after);
+            let mut horizon = most;
+            let mut found = false;
+            let mut clear = f64::INFINITY;
+            for (a, b) in self.parts_after(after) {
+                let search = first_impact(&a, &b, horizon, &mut Memory::default());
+                *steps = steps.saturating_add(search.steps);
+                if let Some(impact) = search.impact {
+                    (horizon, found) = (impact.seconds, true);
+                } else if search.clear_until < horizon {
+                    clear = clear.min(search.clear_until);
+                }
+            }
+            if clear >= horizon {
+                return Ok(found.then_some(after + horizon));
+            }
+            // Cut off: taken up again where it is.
+            let next = after + clear;
+            if !(next > after) || *steps >= MOST_STEPS {
+                return Err(ContactError::Undecided { clear_until: next });
+            }
+            after = next;
+        }
+    }
+
+    /// Seconds after which bodies that do not get nearer stand to each other as they did, where that can be told: one does not
+    /// turn, and the other comes round. What has not touched until then never does.
+    fn recurrence(&self) -> Option<f64> {
+        let relative = self.a.flight.velocity() - self.b.flight.velocity();
+        let plane = [&self.a, &self.b].into_iter().find(|member| member.is_plane());
+        let approach = plane.map_or(relative, |plane| {
+            let normal = plane.axes_after(0.0).z_axis;
+            normal * normal.dot(relative)
+        });
+        let stands = |member: &Member| member.rotation.fastest() == 0.0;
+        let (rest, turning) = if stands(&self.a) { (&self.a, &self.b) } else { (&self.b, &self.a) };
+        if approach != DVec3::ZERO || !stands(rest) || stands(turning) {
+            return None;
+        }
+        // A little more than a turn, for the rounding of its length.
+        turning.period().map(|period| period * (1.0 + 1e-9))
+    }
+
+    /// The impact at a contact; nothing if it does not approach.
+    fn impact(&self, seconds: f64, restitution: f64) -> Option<PairImpact> {
+        let members = [&self.a, &self.b];
+        let contact = self.contact_after(seconds);
+        let arms = arms_of(&contact);
+        let law = TurningContact {
+            normal: contact.normal,
+            points: &arms[..contact.points().len()],
+            mobilities: members.map(|member| member.mobility_after(seconds)),
+            twists: members.map(|member| member.twist_after(seconds)),
+            restitution,
+        };
+        let mut outcome = law.resolve(None);
+        if outcome.impulse == 0.0 {
+            return None;
+        }
+        if restitution == 1.0 {
+            // What they were given, in spite of the rounding on the way.
+            let [given_a, given_b] = members.map(|member| member.energy(member.orientation, &member.given_twist()));
+            let carried = given_a + given_b + law.work_of_prescribed(&outcome);
+            let [orientation_a, orientation_b] = members.map(|member| member.rotation.orientation_after(seconds));
+            outcome = law.resolve(Some(&|twists: &[Twist; 2]| {
+                carried - self.a.energy(orientation_a, &twists[0]) - self.b.energy(orientation_b, &twists[1])
+            }));
+        }
+        Some(self.told(seconds, &contact, &outcome, restitution))
+    }
+
+    fn told(&self, seconds: f64, contact: &Contact, outcome: &TurningOutcome, restitution: f64) -> PairImpact {
+        let form = |member: &Member, k: usize| member.form.unwrap_or_else(|| form_of(contact.features[k]));
+        let centre = |member: &Member| member.position_after(seconds);
+        let (from_a, from_b) = (|arm| centre(&self.a) + arm, |arm| centre(&self.b) + arm);
+        // Seen from A's centre as in a run, but where A is a plane, whose point is any.
+        let place = |a: DVec3, b: DVec3| if self.a.is_plane() { from_b(b) } else { from_a(a) };
+        let point = place(outcome.centre.a, outcome.centre.b);
+        let position = |member: &Member| if member.is_plane() { point } else { centre(member) };
+        let points = contact.points().iter().zip(outcome.impulses);
+        PairImpact {
+            time: seconds,
+            kind: Kind::of(form(&self.a, 0), form(&self.b, 1)),
+            point,
+            normal: contact.normal,
+            approach_speed: outcome.approach_speed,
+            separation_speed: outcome.separation_speed,
+            impulse: outcome.impulse,
+            points: points.map(|(at, impulse)| PointImpulse { point: place(at.from_a, at.from_b), impulse }).collect(),
+            restitution,
+            energy_lost: outcome.energy_lost,
+            velocities: outcome.twists.map(|twist| twist.velocity),
+            angular_velocities: outcome.twists.map(|twist| twist.angular_velocity),
+            positions: [position(&self.a), position(&self.b)],
+        }
+    }
+}
