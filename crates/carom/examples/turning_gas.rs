@@ -1,5 +1,6 @@
 //! How fast a gas of boxes runs: `turning_gas SIDE PACKING SECONDS [X Y Z]`, side³ boxes (unit cubes unless a size is given) in
-//! a periodic box. Prints impacts per second of the processor's time, and the counts.
+//! a periodic box. Prints impacts per second of the processor's time, and the counts. Before that the gas gets as long to forget
+//! its lattice, or until there were twenty impacts for each box.
 
 use std::sync::Arc;
 
@@ -52,17 +53,22 @@ fn main() {
     let mut simulation = Simulation::new(scene.build().expect("a scene").0, false);
     let set_up = processor_seconds() - start;
     let far = simulation.world().clock.at(1e300);
-    simulation.run(far, 20 * count as u64, u64::MAX).expect("no collapse");
+    let run = |simulation: &mut Simulation, most: u64| {
+        let start = processor_seconds();
+        while processor_seconds() - start < seconds && simulation.counts().impacts() < most {
+            simulation.run(far, 1000, u64::MAX).expect("no collapse");
+        }
+    };
+    run(&mut simulation, 20 * count as u64);
     let (before, start) = (simulation.counts(), processor_seconds());
-    while processor_seconds() - start < seconds {
-        simulation.run(far, 1000, u64::MAX).expect("no collapse");
-    }
+    run(&mut simulation, u64::MAX);
     let spent = processor_seconds() - start;
     let counts = simulation.counts();
     let impacts = (counts.impacts() - before.impacts()) as f64;
     println!(
-        "{count} boxes at {packing}: {:.0} impacts/s, a impact {:.2} list renewals, {:.2} stale; set up in {set_up:.2} s, {} bytes a body, energy error {:.1e}",
+        "{count} boxes at {packing}: {:.0} impacts/s after {:.1} a box, an impact {:.2} list renewals, {:.2} stale; set up in {set_up:.2} s, {} bytes a body, energy error {:.1e}",
         impacts / spent,
+        2.0 * before.impacts() as f64 / count as f64,
         (counts.crossings - before.crossings) as f64 / impacts,
         (counts.stale - before.stale) as f64 / impacts,
         simulation.bytes_per_ball(),
