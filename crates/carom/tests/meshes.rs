@@ -48,11 +48,22 @@ fn terrain(half: f64, n: u32, height: impl Fn(f64, f64) -> f64) -> MeshBody {
 
 /// A cube of triangles, two a side.
 fn closed_box(half: f64) -> MeshBody {
-    let vertices: Vec<DVec3> =
-        (0..8).map(|k| DVec3::from_array([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { half } else { -half }))).collect();
+    let vertices: Vec<DVec3> = (0..8)
+        .map(|k| DVec3::from_array([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { half } else { -half })))
+        .collect();
     let triangles = [
-        [0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4], [2, 6, 7], [2, 7, 3], [0, 4, 6], [0, 6, 2],
-        [1, 3, 7], [1, 7, 5],
+        [0, 2, 3],
+        [0, 3, 1],
+        [4, 5, 7],
+        [4, 7, 6],
+        [0, 1, 5],
+        [0, 5, 4],
+        [2, 6, 7],
+        [2, 7, 3],
+        [0, 4, 6],
+        [0, 6, 2],
+        [1, 3, 7],
+        [1, 7, 5],
     ];
     surroundings(&vertices, &triangles)
 }
@@ -128,7 +139,9 @@ fn an_inclined_floor_of_triangles_is_as_good_as_a_plane() {
 #[test]
 fn seams_are_not_felt() {
     let radius = 0.3;
-    for (x, y) in [(0.0, 0.0), (0.25, 0.25), (0.25, 0.0), (0.25, 1e-7), (0.25, -1e-8), (0.1 + 1e-9, 0.1), (1e-12, -1e-12)] {
+    for (x, y) in
+        [(0.0, 0.0), (0.25, 0.25), (0.25, 0.0), (0.25, 1e-7), (0.25, -1e-8), (0.1 + 1e-9, 0.1), (1e-12, -1e-12)]
+    {
         for velocity in [vector(0.0, 0.0, -1.0), vector(0.7, -0.4, -0.5)] {
             let touch = vector(x, y, 0.0);
             let scene = Scene {
@@ -175,11 +188,24 @@ fn a_ball_meets_ridges_and_corners_when_the_closed_form_says() {
     let at = |t: f64| x + v * t + 0.5 * g * t * t;
     // A roof with its ridge along y, and a pyramid.
     let roof = surroundings(
-        &[vector(-2.0, -2.0, -1.0), vector(0.0, -2.0, 0.0), vector(2.0, -2.0, -1.0), vector(-2.0, 2.0, -1.0), vector(0.0, 2.0, 0.0), vector(2.0, 2.0, -1.0)],
+        &[
+            vector(-2.0, -2.0, -1.0),
+            vector(0.0, -2.0, 0.0),
+            vector(2.0, -2.0, -1.0),
+            vector(-2.0, 2.0, -1.0),
+            vector(0.0, 2.0, 0.0),
+            vector(2.0, 2.0, -1.0),
+        ],
         &[[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]],
     );
     let pyramid = surroundings(
-        &[vector(-2.0, -2.0, -2.0), vector(2.0, -2.0, -2.0), vector(2.0, 2.0, -2.0), vector(-2.0, 2.0, -2.0), DVec3::ZERO],
+        &[
+            vector(-2.0, -2.0, -2.0),
+            vector(2.0, -2.0, -2.0),
+            vector(2.0, 2.0, -2.0),
+            vector(-2.0, 2.0, -2.0),
+            DVec3::ZERO,
+        ],
         &[[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]],
     );
     let flat = |p: DVec3| vector(p.x, 0.0, p.z);
@@ -198,11 +224,19 @@ fn a_ball_meets_ridges_and_corners_when_the_closed_form_says() {
 #[test]
 fn a_ball_in_a_valley_comes_back() {
     let valley = surroundings(
-        &[vector(-2.0, -3.0, 2.0), vector(0.0, -3.0, 0.0), vector(2.0, -3.0, 2.0), vector(-2.0, 3.0, 2.0), vector(0.0, 3.0, 0.0), vector(2.0, 3.0, 2.0)],
+        &[
+            vector(-2.0, -3.0, 2.0),
+            vector(0.0, -3.0, 0.0),
+            vector(2.0, -3.0, 2.0),
+            vector(-2.0, 3.0, 2.0),
+            vector(0.0, 3.0, 0.0),
+            vector(2.0, 3.0, 2.0),
+        ],
         &[[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]],
     );
     let radius = 0.5;
-    let scene = Scene { meshes: vec![valley], ..scene([ball(0, vector(0.0, 0.1, 3.0), vector(0.0, 0.2, -1.0), radius, 1.0)]) };
+    let scene =
+        Scene { meshes: vec![valley], ..scene([ball(0, vector(0.0, 0.1, 3.0), vector(0.0, 0.2, -1.0), radius, 1.0)]) };
     let mut simulation = start(&scene);
     let (first, second) = (next(&mut simulation).unwrap(), next(&mut simulation).unwrap());
     let expected = 3.0 - radius * 2.0_f64.sqrt();
@@ -272,15 +306,12 @@ fn deepest_beyond(simulation: &Simulation, half: f64) -> f64 {
     let mut deepest = f64::NEG_INFINITY;
     for row in 0..world.len() {
         let at = world.position(row, now);
-        let [w, x, y, z] = world.orientation(row, now);
-        let to_body = DQuat::from_xyzw(x, y, z, w).inverse();
         for axis in 0..3 {
             for side in [DVec3::AXES[axis], -DVec3::AXES[axis]] {
                 let reach = match world.turning_body(row) {
                     None => world.radii[row],
                     Some(body) => {
                         let principal = body.rotation.orientation_after(now.since(world.flights[row].start()));
-                        let _ = to_body;
                         let direction = principal.inverse() * side;
                         body.geometry.shape.support(direction).dot(direction)
                     }
@@ -312,10 +343,14 @@ fn nothing_escapes_from_a_closed_mesh_and_energy_is_kept() {
 /// The same scene turned, and seen from a moving frame.
 #[test]
 fn turned_and_moving_surroundings_give_the_same_impacts() {
-    let mut scene = Scene { meshes: vec![terrain(3.0, 10, |x, y| 0.2 * (3.0 * x).sin() * (2.0 * y).cos())], ..scene([]) };
-    scene.solids = (0..).zip(shapes(0.3)).map(|(k, shape)| {
-        solid(k, &shape, vector(0.8 * k as f64 - 2.0, 0.1, 1.5), vector(0.1, 0.2, -1.0), vector(1.0, 2.0, 3.0))
-    }).collect();
+    let mut scene =
+        Scene { meshes: vec![terrain(3.0, 10, |x, y| 0.2 * (3.0 * x).sin() * (2.0 * y).cos())], ..scene([]) };
+    scene.solids = (0..)
+        .zip(shapes(0.3))
+        .map(|(k, shape)| {
+            solid(k, &shape, vector(0.8 * k as f64 - 2.0, 0.1, 1.5), vector(0.1, 0.2, -1.0), vector(1.0, 2.0, 3.0))
+        })
+        .collect();
     let turn = DQuat::from_axis_angle(vector(1.0, -2.0, 0.5).normalize(), 2.0);
     let boost = vector(0.7, -0.3, 0.4);
     let mut other = scene.clone();
@@ -358,7 +393,8 @@ fn a_turning_paddle_hits_a_ball_at_rest() {
 
 #[test]
 fn a_body_across_the_surface_is_an_overlap_and_one_inside_is_not() {
-    let across = Scene { meshes: vec![closed_box(2.0)], ..scene([ball(3, vector(1.9, 0.3, 0.0), DVec3::ZERO, 0.25, 1.0)]) };
+    let across =
+        Scene { meshes: vec![closed_box(2.0)], ..scene([ball(3, vector(1.9, 0.3, 0.0), DVec3::ZERO, 0.25, 1.0)]) };
     let error = across.build().unwrap_err();
     let problem = &error.problems[0];
     assert_eq!((problem.id, problem.other), (Some(3), Some(MESH)));
@@ -378,16 +414,5 @@ fn a_run_goes_on_from_a_checkpoint_bit_for_bit() {
     let mut resumed = Simulation::restore(scene.build().unwrap().0, &bytes, true).unwrap();
     for _ in 0..300 {
         assert_eq!(next(&mut whole), next(&mut resumed));
-    }
-}
-
-#[test]
-#[ignore = "speed, printed"]
-fn speed() {
-    for mesh in [true, false] {
-        let mut simulation = Simulation::new(gas(6, mesh).build().unwrap().0, false);
-        let begin = std::time::Instant::now();
-        run_impacts(&mut simulation, 2000);
-        println!("{mesh} {:?} {} /s", simulation.counts(), 2000.0 / begin.elapsed().as_secs_f64());
     }
 }

@@ -193,7 +193,14 @@ fn first_touch(way: &Way, body: &Sought, index: u32, horizon: f64) -> Option<f64
 }
 
 /// Calls `visit` with each triangle near a body as it is at `now`.
-pub(crate) fn each_near(world: &World, row: usize, mesh: usize, now: Time, near: &mut Vec<u32>, mut visit: impl FnMut(u32)) {
+pub(crate) fn each_near(
+    world: &World,
+    row: usize,
+    mesh: usize,
+    now: Time,
+    near: &mut Vec<u32>,
+    mut visit: impl FnMut(u32),
+) {
     let body = Sought::new(world, row, now, DVec3::ZERO);
     let way = Way::of(world, &body, row, &world.meshes[mesh], now);
     way.mesh.mesh.gather_near(&way.swept(0.0, 0.0, 0.0), near);

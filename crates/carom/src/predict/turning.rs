@@ -247,6 +247,9 @@ impl RelativeFlight {
     }
 }
 
+/// Of a triangle that is touched where its neighbour is: so many halves of δ deep, the neighbour has certainly been met (a count).
+const BEYOND: f64 = 8.0;
+
 /// Follows a pair through a window. True if there is no more to search: an impact, or too many steps.
 fn walk<R: Turning>(
     a: &Body<R>,
@@ -286,7 +289,12 @@ fn walk<R: Turning>(
                 return true;
             }
             let touching = Separation { normal: contact.normal, ..separation };
-            let level = -close + pair.gap(contact.normal).0.min(0.0);
+            let depth = pair.gap(contact.normal).0;
+            if contact.is_beside && depth < -BEYOND * close {
+                // A segment of A from the triangle's edge to its deepest point crosses the neighbour: that was met before.
+                return true;
+            }
+            let level = -close + depth.min(0.0);
             certain_step(&pair, flight, &motion, &touching, contact.turning, level, left)
         };
         if step >= left {

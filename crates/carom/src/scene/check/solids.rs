@@ -46,7 +46,13 @@ pub(super) fn values(scene: &Scene, wrong: &mut dyn FnMut(&'static str, i64, &'s
             wrong("mesh", mesh.id, "shape", String::new(), "needs dimensions = 3");
         }
         if scene.domain.is_periodic() {
-            wrong("mesh", mesh.id, "shape", String::new(), "has no place in a periodic domain, where it would have images");
+            wrong(
+                "mesh",
+                mesh.id,
+                "shape",
+                String::new(),
+                "has no place in a periodic domain, where it would have images",
+            );
         }
         state.check(scene, &mut |field, value, reason| wrong("mesh", mesh.id, field, value, reason));
     }
