@@ -24,7 +24,14 @@ const EVENTS_AT_ONCE: u64 = 4_000;
 #[derive(Clone, Copy)]
 enum Row {
     Ball(usize),
+    Fixed(Fixed),
+}
+
+/// Surroundings that are no particles: where a plane or a mesh is kept.
+#[derive(Clone, Copy)]
+enum Fixed {
     Plane(usize),
+    Mesh(usize),
 }
 
 /// One simulation. All arrays have one row a body, sorted by id.
@@ -67,18 +74,18 @@ impl Engine {
         self.simulation.world()
     }
 
-    /// Three numbers for each body, from a ball's row or a plane's.
+    /// Three numbers for each body, from a ball's row or that of a plane or mesh.
     fn vectors<'py>(
         &self,
         py: Python<'py>,
         of_ball: impl Fn(usize) -> DVec3,
-        of_plane: impl Fn(usize) -> DVec3,
+        of_fixed: impl Fn(Fixed) -> DVec3,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let mut flat = Vec::with_capacity(3 * self.rows.len());
         for row in &self.rows {
             let vector = match *row {
                 Row::Ball(rank) => of_ball(self.world().row(rank)),
-                Row::Plane(plane) => of_plane(plane),
+                Row::Fixed(fixed) => of_fixed(fixed),
             };
             flat.extend_from_slice(&vector.to_array());
         }
@@ -89,14 +96,14 @@ impl Engine {
         &self,
         py: Python<'py>,
         of_ball: impl Fn(usize) -> T,
-        of_plane: impl Fn(usize) -> T,
+        of_fixed: impl Fn(Fixed) -> T,
     ) -> Bound<'py, PyArray1<T>> {
         let values: Vec<T> = self
             .rows
             .iter()
             .map(|row| match *row {
                 Row::Ball(rank) => of_ball(self.world().row(rank)),
-                Row::Plane(plane) => of_plane(plane),
+                Row::Fixed(fixed) => of_fixed(fixed),
             })
             .collect();
         values.into_pyarray(py)
@@ -107,16 +114,26 @@ impl Engine {
         self.vectors(
             py,
             |ball| world.wrapped(ball, time).0,
-            |row| {
-                let plane = &world.planes[row];
-                plane.normal * plane.offset + plane.velocity * time.since(plane.start)
+            |fixed| match fixed {
+                Fixed::Plane(row) => {
+                    let plane = &world.planes[row];
+                    plane.normal * plane.offset + plane.velocity * time.since(plane.start)
+                }
+                Fixed::Mesh(row) => world.meshes[row].position_at(time),
             },
         )
     }
 
     fn velocities_at<'py>(&self, py: Python<'py>, time: Time) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let world = self.world();
-        self.vectors(py, |ball| world.velocity(ball, time), |row| world.planes[row].velocity)
+        self.vectors(
+            py,
+            |ball| world.velocity(ball, time),
+            |fixed| match fixed {
+                Fixed::Plane(row) => world.planes[row].velocity,
+                Fixed::Mesh(row) => world.meshes[row].velocity,
+            },
+        )
     }
 
     fn impact<'py>(&self, py: Python<'py>, impact: &Impact) -> PyResult<Bound<'py, PyDict>> {
@@ -153,11 +170,12 @@ impl Engine {
     }
 }
 
-/// Balls and planes of the scene by id; walls of the domain are no bodies.
+/// Bodies, planes and meshes of the scene by id; walls of the domain are no bodies.
 fn rows(world: &World) -> Vec<Row> {
     let balls = (0..world.len()).map(|rank| (world.ids[world.row(rank)], Row::Ball(rank)));
-    let planes = world.planes.iter().enumerate().map(|(row, plane)| (plane.id, Row::Plane(row)));
-    let mut rows: Vec<(i64, Row)> = balls.chain(planes.filter(|(id, _)| *id >= 0)).collect();
+    let planes = world.planes.iter().enumerate().map(|(row, plane)| (plane.id, Row::Fixed(Fixed::Plane(row))));
+    let meshes = world.meshes.iter().enumerate().map(|(row, mesh)| (mesh.id, Row::Fixed(Fixed::Mesh(row))));
+    let mut rows: Vec<(i64, Row)> = balls.chain(planes.filter(|(id, _)| *id >= 0)).chain(meshes).collect();
     rows.sort_by_key(|(id, _)| *id);
     rows.into_iter().map(|(_, row)| row).collect()
 }
@@ -189,7 +207,14 @@ impl Engine {
     #[getter]
     fn ids<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
         let world = self.world();
-        self.column(py, |ball| world.ids[ball], |row| world.planes[row].id)
+        self.column(
+            py,
+            |ball| world.ids[ball],
+            |fixed| match fixed {
+                Fixed::Plane(row) => world.planes[row].id,
+                Fixed::Mesh(row) => world.meshes[row].id,
+            },
+        )
     }
 
     /// Metres; nan for planes.
@@ -227,12 +252,19 @@ impl Engine {
     #[getter]
     fn materials<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
         let world = self.world();
-        self.column(py, |ball| i64::from(world.bodies[ball].material), |row| i64::from(world.planes[row].material))
+        self.column(
+            py,
+            |ball| i64::from(world.bodies[ball].material),
+            |fixed| match fixed {
+                Fixed::Plane(row) => i64::from(world.planes[row].material),
+                Fixed::Mesh(row) => i64::from(world.meshes[row].material),
+            },
+        )
     }
 
     #[getter]
     fn is_plane<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        self.column(py, |_| false, |_| true)
+        self.column(py, |_| false, |fixed| matches!(fixed, Fixed::Plane(_)))
     }
 
     /// The different shapes of bodies that turn, each once.
@@ -268,10 +300,25 @@ impl Engine {
         self.vectors(py, of_ball, |_| DVec3::INFINITY)
     }
 
-    /// Surroundings of triangles; nothing meets them yet, so that no scene has any.
+    /// Meshes of triangles as they were at the start, as dicts; vertices (m) in a frame of their own.
     #[getter]
-    fn meshes<'py>(&self, py: Python<'py>) -> Bound<'py, PyList> {
-        PyList::empty(py)
+    fn meshes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let list = PyList::empty(py);
+        for mesh in &self.world().meshes {
+            let entry = PyDict::new(py);
+            let turn = mesh.orientation;
+            let vertices = mesh.mesh.vertices.iter().flat_map(|vertex| vertex.to_array()).collect();
+            let corners: Vec<u32> = mesh.mesh.triangles.iter().flat_map(|triangle| triangle.vertices).collect();
+            entry.set_item("id", mesh.id)?;
+            entry.set_item("vertices", array2(py, vertices)?)?;
+            entry.set_item("triangles", corners.into_pyarray(py).reshape([mesh.mesh.triangles.len(), 3])?)?;
+            entry.set_item("position", mesh.position.to_array())?;
+            entry.set_item("orientation", [turn.w, turn.x, turn.y, turn.z])?;
+            entry.set_item("velocity", mesh.velocity.to_array())?;
+            entry.set_item("angular_velocity", mesh.angular_velocity.to_array())?;
+            list.append(entry)?;
+        }
+        Ok(list)
     }
 
     /// Planes of the scene and walls of the domain (negative ids), as dicts.
@@ -311,14 +358,25 @@ impl Engine {
         for row in &self.rows {
             flat.extend_from_slice(&match *row {
                 Row::Ball(rank) => self.world().orientation(self.world().row(rank), now),
-                Row::Plane(_) => [1.0, 0.0, 0.0, 0.0],
+                Row::Fixed(Fixed::Plane(_)) => [1.0, 0.0, 0.0, 0.0],
+                Row::Fixed(Fixed::Mesh(row)) => {
+                    let turn = self.world().meshes[row].orientation_at(now);
+                    [turn.w, turn.x, turn.y, turn.z]
+                }
             });
         }
         flat.into_pyarray(py).reshape([self.rows.len(), 4])
     }
 
     fn angular_velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.vectors(py, |ball| self.world().angular_velocity(ball, self.simulation.now()), |_| DVec3::ZERO)
+        self.vectors(
+            py,
+            |ball| self.world().angular_velocity(ball, self.simulation.now()),
+            |fixed| match fixed {
+                Fixed::Plane(_) => DVec3::ZERO,
+                Fixed::Mesh(row) => self.world().meshes[row].angular_velocity,
+            },
+        )
     }
 
     /// Sizes of the periodic box that each body has left behind.
@@ -328,7 +386,7 @@ impl Engine {
         for row in &self.rows {
             flat.extend_from_slice(&match *row {
                 Row::Ball(rank) => self.world().wrapped(self.world().row(rank), now).1,
-                Row::Plane(_) => [0; 3],
+                Row::Fixed(_) => [0; 3],
             });
         }
         flat.into_pyarray(py).reshape([self.rows.len(), 3])

@@ -9,6 +9,7 @@ pub mod root;
 mod row;
 mod seeker;
 pub(crate) mod solids;
+pub(crate) mod surroundings;
 pub mod turning;
 
 use glam::DVec3;
@@ -16,6 +17,7 @@ use glam::DVec3;
 use self::lanes::Width;
 use self::row::{Search, Soonest};
 use self::seeker::Seeker;
+use self::surroundings::{TriangleRoom, impact_with_mesh};
 use crate::event::{Kind, PairKind, Rank};
 use crate::time::Time;
 use crate::tolerance::{self, SAME_INSTANT};
@@ -59,6 +61,8 @@ pub struct Predictor {
     same: f64,
     /// Room for a row of balls near, so that no prediction allocates.
     room: Gathered,
+    /// The same for triangles.
+    triangles: TriangleRoom,
 }
 
 /// When a free ball next touches a plane.
@@ -192,6 +196,7 @@ impl Predictor {
             falling,
             same: SAME_INSTANT * world.clock.span(),
             room: Gathered::default(),
+            triangles: TriangleRoom::default(),
         }
     }
 
@@ -255,12 +260,13 @@ impl Predictor {
     /// Whether `ball` or somebody near turns.
     #[inline(always)]
     fn meets_turning(&self, world: &World, lists: &Lists, ball: usize) -> bool {
-        world.turning.is_some() && (!lists.beside(ball).is_empty() || world.turning_body(ball).is_some())
+        world.turning.is_some()
+            && (!lists.beside(ball).is_empty() || world.turning_body(ball).is_some() || !world.meshes.is_empty())
     }
 
-    /// The first impact of `ball`, which may turn, with anybody near, of whom some may.
+    /// The first impact of `ball`, which may turn, with anybody near, of whom some may, and with meshes.
     #[inline(never)]
-    fn first_with_turning(&self, world: &World, lists: &Lists, ball: usize, now: Time) -> First {
+    fn first_with_turning(&mut self, world: &World, lists: &Lists, ball: usize, now: Time) -> First {
         let turns = world.turning_body(ball).is_some();
         let seeker = Seeker { world, predictor: self, ball, now };
         // Planes are for balls alone here.
@@ -282,12 +288,19 @@ impl Predictor {
                 }
             }
         }
+        if !world.is_fixed(ball) {
+            for mesh in 0..world.meshes.len() {
+                let limit = if first.time.before(leaves) { first.time } else { leaves };
+                let time = impact_with_mesh(world, ball, mesh, now, limit, self.same, &mut self.triangles);
+                first = first.or(time, Partner::mesh(mesh as u32), self.same);
+            }
+        }
         if first.tied { self.lowest_with_turning(world, lists, ball, now, first) } else { first }
     }
 
     /// Second look, where several impacts may belong to one instant: the one that comes first in rank.
     #[cold]
-    fn lowest_with_turning(&self, world: &World, lists: &Lists, ball: usize, now: Time, first: First) -> First {
+    fn lowest_with_turning(&mut self, world: &World, lists: &Lists, ball: usize, now: Time, first: First) -> First {
         let turns = world.turning_body(ball).is_some();
         let end = world.clock.after(first.time, 2.0 * self.same);
         let mut found: Vec<(Time, Partner)> = vec![(first.time, first.partner)];
@@ -298,6 +311,12 @@ impl Predictor {
         for row in 0..world.planes.len() {
             if turns && !world.is_fixed(ball) && lists.planes(ball).contains(row) {
                 found.push((solids::impact_with_plane(world, ball, row, end, self.same), Partner::plane(row as u32)));
+            }
+        }
+        for mesh in 0..world.meshes.len() {
+            if !world.is_fixed(ball) {
+                let time = impact_with_mesh(world, ball, mesh, now, end, self.same, &mut self.triangles);
+                found.push((time, Partner::mesh(mesh as u32)));
             }
         }
         if !turns {
@@ -360,7 +379,10 @@ pub fn rank(world: &World, ball: usize, partner: Partner) -> Rank {
     let (pair, other) = match (partner.as_ball(), partner.as_plane()) {
         (Some(other), _) => (PairKind::BallBall, world.ids[other]),
         (None, Some(row)) => (PairKind::BallPlane, world.planes[row].id),
-        (None, None) => (PairKind::BallPlane, i64::MAX),
+        (None, None) => match partner.as_mesh() {
+            Some(row) => (PairKind::Turning, world.meshes[row].id),
+            None => (PairKind::BallPlane, i64::MAX),
+        },
     };
     let turns = |row: usize| world.turning_body(row).is_some();
     let turning = turns(ball) || partner.as_ball().is_some_and(turns);

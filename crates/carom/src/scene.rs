@@ -15,7 +15,8 @@ use crate::flight::Flight;
 use crate::predict::turning::solid::Solid;
 use crate::rotation::Rotation;
 use crate::shape::{BodyGeometry, TriangleMesh};
-use crate::time::Clock;
+use crate::time::{Clock, Time};
+use crate::world::surroundings::Surroundings;
 use crate::world::turning::{TurningBodies, TurningBody};
 use crate::world::{Body, Boundary, Domain, Partner, Plane, RestitutionTable, Spin, World};
 
@@ -245,7 +246,6 @@ impl Scene {
             // What was drawn has to pass like what was given.
             check::values(scene)?;
         }
-        check::unsupported_meshes(&self.meshes)?;
         let mut world = scene.world(&balls, &scene.solids);
         if !world.start.is_reachable() {
             let reason = "is too far from 0 for a clock that resolves the motion of the smallest ball";
@@ -292,6 +292,7 @@ impl Scene {
                 material: plane.material,
             })
             .collect();
+        let meshes = self.surroundings(start);
         let rows: Vec<Member> = order.iter().map(|&(_, row)| member(balls, solids, row)).collect();
         let turns = |row: usize| balls.angular_velocities[row] != DVec3::ZERO;
         let turned = |row: usize| balls.orientations[row] != [1.0, 0.0, 0.0, 0.0];
@@ -331,8 +332,9 @@ impl Scene {
                 .collect(),
             impacts: vec![0; order.len()],
             images: if self.domain.is_periodic() { vec![[0; 3]; order.len()] } else { Vec::new() },
-            turning: turning(solids, &order, &planes),
+            turning: turning(solids, &order, &planes, !meshes.is_empty()),
             planes,
+            meshes,
             spin,
             growth: None,
         };
@@ -344,6 +346,21 @@ impl Scene {
         world
     }
 
+    /// The meshes, ascending by id, as they are at the start.
+    fn surroundings(&self, start: Time) -> Vec<Surroundings> {
+        let mut meshes: Vec<Surroundings> = self
+            .meshes
+            .iter()
+            .map(|mesh| Surroundings {
+                material: mesh.material,
+                ..Surroundings::new(mesh.id, mesh.mesh.clone(), mesh.position, mesh.orientation, start)
+                    .moving(mesh.velocity, mesh.angular_velocity)
+            })
+            .collect();
+        meshes.sort_by_key(|mesh| mesh.id);
+        meshes
+    }
+
     /// A clock whose span is some 64 times the time in which the fastest body crosses the smallest radius: rounding of an
     /// instant then moves nothing by more than about 1e-14 radii.
     fn clock(&self, balls: &Balls, solids: &[SolidBody], planes: &[PlaneBody]) -> Clock {
@@ -353,7 +370,12 @@ impl Scene {
         let speeds = balls.velocities.iter().chain(planes.iter().map(|plane| &plane.velocity));
         let of_solid =
             |solid: &SolidBody| solid.velocity.length() + solid.angular_velocity.length() * solid.geometry.radius;
-        let fastest = speeds.map(|velocity| velocity.length()).chain(solids.iter().map(of_solid)).fold(0.0, f64::max);
+        let of_mesh = |body: &MeshBody| {
+            let reach = body.mesh.vertices.iter().map(|vertex| vertex.length()).fold(0.0, f64::max);
+            body.velocity.length() + body.angular_velocity.length() * reach
+        };
+        let of_bodies = solids.iter().map(of_solid).chain(self.meshes.iter().map(of_mesh));
+        let fastest = speeds.map(|velocity| velocity.length()).chain(of_bodies).fold(0.0, f64::max);
         let fastest = fastest.max((self.gravity.length() * smallest).sqrt());
         let crossing = smallest / fastest;
         if crossing.is_finite() && crossing > 0.0 { Clock::with_span(32.0 * crossing) } else { Clock::with_span(1.0) }
@@ -416,8 +438,8 @@ fn member(balls: &Balls, solids: &[SolidBody], row: Row) -> Member {
     }
 }
 
-/// The bodies that turn, among all rows.
-fn turning(solids: &[SolidBody], order: &[(i64, Row)], planes: &[Plane]) -> Option<TurningBodies> {
+/// The bodies that turn, among all rows; without any, if there are none and none are `needed`.
+fn turning(solids: &[SolidBody], order: &[(i64, Row)], planes: &[Plane], needed: bool) -> Option<TurningBodies> {
     // Bodies that share a shape share what is prepared of it.
     let mut prepared: Vec<(*const BodyGeometry, Arc<[Solid]>)> = Vec::new();
     let mut bodies = Vec::with_capacity(solids.len());
@@ -446,7 +468,7 @@ fn turning(solids: &[SolidBody], order: &[(i64, Row)], planes: &[Plane]) -> Opti
             rotation: Rotation::new(moments, orientation, solid.angular_velocity),
         });
     }
-    (!bodies.is_empty()).then(|| TurningBodies::new(order.len(), bodies, planes))
+    (needed || !bodies.is_empty()).then(|| TurningBodies::new(order.len(), bodies, planes))
 }
 
 /// The walls of a domain as planes.

@@ -15,6 +15,7 @@ use crate::error::CollapseError;
 use crate::event::{Rank, Upcoming};
 use crate::ledger::{Balance, Ledger};
 use crate::predict::lanes::{self, Width};
+use crate::predict::turning::patch::Patch;
 use crate::predict::{self, First, Predictor};
 use crate::queue::{Entry, Mark, Queue};
 use crate::record::{Impact, ImpactTable};
@@ -27,7 +28,7 @@ use crate::world::{Boundary, Partner, World};
 
 use guard::CollapseGuard;
 pub(crate) use impact::approach_speed;
-pub(crate) use turning_impact::{arms_of, contact_of_parts, form_of};
+pub(crate) use turning_impact::{arms_of, form_of};
 
 /// So many balls are in the processor's cache, with all that is known of them.
 const CACHED: usize = 4000;
@@ -46,9 +47,9 @@ pub enum Stop {
 /// How much was done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Impacts of two balls.
+    /// Impacts of two bodies.
     pub ball_ball: u64,
-    /// Impacts of a ball with a plane.
+    /// Impacts with a plane or a mesh.
     pub ball_plane: u64,
     /// Contacts that turned out not to approach by the rounding of a grazing root.
     pub grazes: u64,
@@ -95,6 +96,9 @@ pub struct Simulation {
     looks_ahead: bool,
     /// The bucket of the calendar at which that was last done.
     looked_ahead: i64,
+    /// Where the bodies of an impact touch, and room for triangles; kept, so that no impact allocates.
+    patch: Patch,
+    triangles_near: Vec<u32>,
     /// Impacts are wanted one by one, recorded or not.
     watched: bool,
     last_impact: Option<Impact>,
@@ -138,6 +142,8 @@ impl Simulation {
             recorded: record.then(ImpactTable::default),
             looks_ahead,
             looked_ahead: -1,
+            patch: Patch::default(),
+            triangles_near: Vec::new(),
             watched: false,
             last_impact: None,
         };

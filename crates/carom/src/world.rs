@@ -5,6 +5,7 @@ pub mod bins;
 pub mod cells;
 pub mod lists;
 pub mod nearby;
+pub mod surroundings;
 pub mod turning;
 
 use glam::DVec3;
@@ -12,6 +13,7 @@ use glam::DVec3;
 use crate::flight::Flight;
 use crate::time::{Clock, Time};
 
+use self::surroundings::Surroundings;
 use self::turning::{TurningBodies, TurningBody};
 
 /// How space ends along one axis.
@@ -125,6 +127,7 @@ pub struct Partner(u32);
 
 impl Partner {
     const PLANE: u32 = 1 << 31;
+    const MESH: u32 = 3 << 30;
     /// Nobody.
     pub const NONE: Self = Self(u32::MAX);
 
@@ -140,10 +143,22 @@ impl Partner {
         Self(row | Self::PLANE)
     }
 
+    /// The mesh in this row.
+    #[inline(always)]
+    pub fn mesh(row: u32) -> Self {
+        Self(row | Self::MESH)
+    }
+
     /// The row among the planes, if it is a plane.
     #[inline(always)]
     pub fn as_plane(self) -> Option<usize> {
-        (self.0 & Self::PLANE != 0 && self != Self::NONE).then_some((self.0 & !Self::PLANE) as usize)
+        (self.0 & Self::MESH == Self::PLANE).then_some((self.0 & !Self::PLANE) as usize)
+    }
+
+    /// The row among the meshes, if it is a mesh.
+    #[inline(always)]
+    pub fn as_mesh(self) -> Option<usize> {
+        (self.0 & Self::MESH == Self::MESH && self != Self::NONE).then_some((self.0 & !Self::MESH) as usize)
     }
 
     /// The row among the balls, if it is a ball.
@@ -217,9 +232,12 @@ pub struct World {
     pub images: Vec<[i32; 3]>,
     /// Planes and walls, ascending by id.
     pub planes: Vec<Plane>,
+    /// Meshes of triangles, ascending by id.
+    pub meshes: Vec<Surroundings>,
     /// Spin, if any ball has one or is turned.
     pub spin: Option<Spin>,
-    /// The bodies that turn, if there are any. Their `radii` are those of the spheres around them.
+    /// The bodies that turn, if there are any, or meshes that they or balls may meet. Their `radii` are those of the spheres
+    /// around them.
     pub turning: Option<TurningBodies>,
     /// While balls are placed: all radii grow.
     pub growth: Option<Growth>,

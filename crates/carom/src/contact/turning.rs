@@ -10,11 +10,12 @@ use crate::event::{Form, Kind};
 use crate::flight::Flight;
 use crate::predict::turning::contact::Contact;
 use crate::predict::turning::motion::Body as Moving;
+use crate::predict::turning::patch::Patch;
 use crate::predict::turning::solid::Solid;
 use crate::predict::turning::{Memory, STEPS, contact_gap, first_impact};
 use crate::resolve::turning::{Mobility, TurningContact, TurningOutcome, Twist};
 use crate::rotation::Rotation;
-use crate::simulation::{arms_of, contact_of_parts, form_of};
+use crate::simulation::{arms_of, form_of};
 use crate::time::Time;
 use crate::tolerance;
 use crate::world::turning::standing;
@@ -193,7 +194,9 @@ impl Pair {
     }
 
     fn contact_after(&self, seconds: f64) -> Contact {
-        contact_of_parts(self.parts_after(seconds)).expect("a body has a part")
+        let mut patch = Patch::default();
+        self.parts_after(seconds).for_each(|(a, b)| patch.consider(&a, &b));
+        patch.of_parts().expect("a body has a part")
     }
 
     /// By the point that approaches fastest, if there are several.

@@ -42,6 +42,21 @@ impl<'a> Sought<'a> {
         }
     }
 
+    /// Where its centre is (m).
+    pub fn position(&self) -> DVec3 {
+        self.position
+    }
+
+    /// Velocity (m/s) of the centre.
+    pub fn velocity(&self) -> DVec3 {
+        self.velocity
+    }
+
+    /// Acceleration (m/s²) of the centre.
+    pub fn acceleration(&self) -> DVec3 {
+        self.acceleration
+    }
+
     /// Its convex parts.
     pub fn parts(&self) -> &[Solid] {
         self.ball.as_ref().map_or(self.parts, std::slice::from_ref)

@@ -13,6 +13,7 @@ pub mod contact;
 mod depth;
 pub mod distance;
 pub mod motion;
+pub(crate) mod patch;
 pub mod solid;
 pub mod window;
 
@@ -67,10 +68,10 @@ pub struct Search {
 pub struct Memory(Option<Separation>);
 
 impl Memory {
-    /// The direction known, or that of the centres (`offset`, m).
+    /// The direction known, or where to look first.
     #[inline(always)]
-    fn known(&self, offset: DVec3) -> Separation {
-        self.0.unwrap_or_else(|| Separation::along(unit_or_z(offset)))
+    fn known(&self, pair: &Pair) -> Separation {
+        self.0.unwrap_or_else(|| Separation::along(unit_or_z(pair.first_guess())))
     }
 
     /// The same pair in the other order.
@@ -94,7 +95,7 @@ const FOREVER: f64 = 1e30;
 const DRIFT: f64 = 0.25;
 
 /// When A and B first touch, within `horizon` seconds; an impact found is the same for every later horizon. One of them may be a
-/// half-space. Swapping A and B turns the normal around.
+/// half-space. Swapping A and B turns the normal around. B, and only B, may be a triangle of a mesh.
 pub fn first_impact<R: Turning>(a: &Body<R>, b: &Body<R>, horizon: f64, memory: &mut Memory) -> Search {
     if a.solid.is_half_space() {
         let mut search = first_impact(b, a, horizon, memory);
@@ -139,7 +140,7 @@ fn gap_beyond<R: Turning>(a: &Body<R>, b: &Body<R>, share: f64) -> f64 {
     let flight = RelativeFlight::of(a, b);
     let (pair, _) = flight.pair(a, b, 0.0);
     let close = flight.close(a, b);
-    let gap = pair.separate(&Memory::default().known(pair.offset), close).gap;
+    let gap = pair.separate(&Memory::default().known(&pair), close).gap;
     // Where they overlap, the search for a separating direction ends in any: of no direction is the gap larger than the gap.
     if gap >= -share * close || b.solid.is_half_space() { gap } else { pair.largest_gap().max(gap) }
 }
@@ -152,8 +153,17 @@ pub fn contact_after<R: Turning>(a: &Body<R>, b: &Body<R>, seconds: f64, memory:
     let flight = RelativeFlight::of(a, b);
     let (pair, motion) = flight.pair(a, b, seconds);
     let close = flight.close(a, b);
-    let separation = pair.separate(&memory.known(pair.offset), close);
+    let separation = pair.separate(&memory.known(&pair), close);
     Contact::of(&pair, &motion, &separation, close)
+}
+
+/// The gap (m) of two bodies as they stand and their contact, if that is within `tolerance` (m). B may be a triangle of a mesh.
+pub fn touch<R: Turning>(a: &Body<R>, b: &Body<R>, tolerance: f64) -> Option<(f64, Contact)> {
+    let flight = RelativeFlight::of(a, b);
+    let (pair, motion) = flight.pair(a, b, 0.0);
+    let close = flight.close(a, b);
+    let separation = pair.separate(&Memory::default().known(&pair), close);
+    (separation.gap <= tolerance).then(|| (separation.gap, Contact::of(&pair, &motion, &separation, close)))
 }
 
 /// The flight of A's centre seen from B's, and what bounds the motion of both.
@@ -249,6 +259,9 @@ impl RelativeFlight {
     }
 }
 
+/// Of a triangle that is touched where its neighbour is: so many halves of δ deep, the neighbour has certainly been met (a count).
+const BEYOND: f64 = 8.0;
+
 /// Follows a pair through a window. True if there is no more to search: an impact, or too many steps.
 fn walk<R: Turning>(
     a: &Body<R>,
@@ -270,7 +283,7 @@ fn walk<R: Turning>(
         search.steps += 1;
         let (pair, motion) = flight.pair(a, b, seconds);
         let left = exit - seconds;
-        let known = memory.known(pair.offset);
+        let known = memory.known(&pair);
         if search.steps == 1 && clears(&pair, &motion, known.normal, close, left) {
             return false;
         }
@@ -288,7 +301,12 @@ fn walk<R: Turning>(
                 return true;
             }
             let touching = Separation { normal: contact.normal, ..separation };
-            let level = -close + pair.gap(contact.normal).0.min(0.0);
+            let depth = pair.gap(contact.normal).0;
+            if contact.is_beside && depth < -BEYOND * close {
+                // A segment of A from the triangle's edge to its deepest point crosses the neighbour: that was met before.
+                return true;
+            }
+            let level = -close + depth.min(0.0);
             certain_step(&pair, flight, &motion, &touching, contact.turning, level, left)
         };
         if step >= left {

@@ -6,11 +6,10 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-pub(super) use solids::unsupported_meshes;
-
 use super::{Balls, BuildReport, Scene};
 use crate::error::{CheckError, Problem};
 use crate::predict::solids::{gap_above_plane, gap_of_bodies};
+use crate::predict::surroundings::gap_to_mesh;
 use crate::time::Time;
 use crate::tolerance::{CELL_MARGIN, LIMITS, UNIT_LENGTH, touching};
 use crate::world::cells::Cells;
@@ -189,6 +188,7 @@ pub(super) fn geometry(world: &mut World, shrink: Option<f64>) -> Result<BuildRe
     let start = world.start;
     let mut problems: Vec<Problem> = narrow(world).into_iter().collect();
     problems.extend(outside(world, start));
+    problems.extend(crossing(world, start));
     let pairs = overlaps(world, start);
     let mut report = BuildReport { shrink_factor: 1.0, overlaps: 0, deepest_overlap: 0.0 };
     let deepest = pairs.iter().map(|pair| pair.depth).fold(0.0, f64::max);
@@ -282,6 +282,28 @@ fn outside(world: &World, start: Time) -> Vec<Problem> {
                         position,
                         format!("reaches {:e} m beyond {name}", -gap),
                     )
+                });
+            }
+        }
+    }
+    problems
+}
+
+/// Bodies that cross the surface of a mesh, which has no inside.
+fn crossing(world: &World, start: Time) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    for mesh in 0..world.meshes.len() {
+        for row in (0..world.len()).filter(|&row| !world.is_fixed(row)) {
+            let (surroundings, position) = (&world.meshes[mesh], world.flights[row].position());
+            let gap = gap_to_mesh(world, row, mesh, start);
+            let reach = surroundings.position.abs().max_element() + surroundings.reach;
+            let largest = largest_coordinate(&[position]).max(world.radii[row]).max(reach);
+            if gap < -touching(largest) && problems.len() < MOST_PROBLEMS {
+                let reason = format!("crosses the surface of mesh {} by {:e} m", surroundings.id, -gap);
+                problems.push(Problem {
+                    other: Some(surroundings.id),
+                    depth: Some(-gap),
+                    ..Problem::new(noun(world, row), Some(world.ids[row]), "position", position, reason)
                 });
             }
         }

@@ -5,6 +5,9 @@ use super::bounds::Bounds;
 /// So many things share a leaf (a count).
 const LEAF: usize = 4;
 
+/// More levels than a tree has whose halves are equal: 2³² things have 31, and each level leaves one node waiting.
+const DEEPEST: usize = 40;
+
 #[derive(Clone, Debug, PartialEq)]
 struct Node {
     bounds: Bounds,
@@ -61,14 +64,18 @@ impl BoundingTree {
 
     /// Calls `visit` with everything in those leaves whose box overlaps `bounds`, in an order that is always the same.
     pub fn visit(&self, bounds: &Bounds, mut visit: impl FnMut(u32)) {
-        let mut waiting = if self.nodes.is_empty() { Vec::new() } else { vec![0_u32] };
-        while let Some(at) = waiting.pop() {
+        let mut waiting = [0_u32; DEEPEST];
+        let mut count = usize::from(!self.nodes.is_empty());
+        while count > 0 {
+            count -= 1;
+            let at = waiting[count];
             let node = &self.nodes[at as usize];
             if !node.bounds.overlaps(bounds) {
                 continue;
             }
             if node.count == 0 {
-                waiting.extend([node.start, at + 1]);
+                (waiting[count], waiting[count + 1]) = (node.start, at + 1);
+                count += 2;
             } else {
                 let (start, end) = (node.start as usize, (node.start + node.count) as usize);
                 self.things[start..end].iter().for_each(|&thing| visit(thing));

@@ -136,13 +136,19 @@ impl TriangleMesh {
     /// The triangles whose boxes overlap `bounds`, sorted.
     pub fn near(&self, bounds: &Bounds) -> Vec<u32> {
         let mut found = Vec::new();
+        self.gather_near(bounds, &mut found);
+        found
+    }
+
+    /// The same, written over what `found` holds.
+    pub fn gather_near(&self, bounds: &Bounds, found: &mut Vec<u32>) {
+        found.clear();
         self.tree.visit(bounds, |triangle| {
             if Bounds::around(self.corners(triangle)).overlaps(bounds) {
                 found.push(triangle);
             }
         });
         found.sort_unstable();
-        found
     }
 }
 

@@ -179,7 +179,8 @@ impl Simulation {
             world.impacts[ball] = packed as u32;
             let known = body.last_partner == Partner::NONE
                 || body.last_partner.as_ball().is_some_and(|other| other < world.flights.len())
-                || body.last_partner.as_plane().is_some_and(|row| row < world.planes.len());
+                || body.last_partner.as_plane().is_some_and(|row| row < world.planes.len())
+                || body.last_partner.as_mesh().is_some_and(|row| row < world.meshes.len());
             if !known {
                 return None;
             }

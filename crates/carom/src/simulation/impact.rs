@@ -40,7 +40,7 @@ impl Simulation {
                 self.resolve_balls(a, b, now)?;
             }
             (None, Some(plane)) => self.resolve_ball_and_plane(ball, plane, now)?,
-            (None, None) => {}
+            (None, None) => self.resolve_turning(ball, partner, now)?,
         }
         self.now = now;
         Ok(())
@@ -255,9 +255,10 @@ impl Simulation {
     #[cold]
     pub(super) fn collapse(&self, ball: usize, partner: Partner, now: Time, cause: Cause) -> CollapseError {
         let id = self.world.ids[ball];
-        let other = match (partner.as_ball(), partner.as_plane()) {
-            (Some(other), _) => self.world.ids[other],
-            (_, Some(row)) => self.world.planes[row].id,
+        let other = match (partner.as_ball(), partner.as_plane(), partner.as_mesh()) {
+            (Some(other), ..) => self.world.ids[other],
+            (_, Some(row), _) => self.world.planes[row].id,
+            (.., Some(row)) => self.world.meshes[row].id,
             _ => id,
         };
         CollapseError { bodies: vec![id.min(other), id.max(other)], time: now.to_pair().0, cause }

@@ -6,26 +6,24 @@ use super::Simulation;
 use crate::error::{Cause, CollapseError};
 use crate::event::{Form, Kind};
 use crate::predict::solids::{Sought, in_order, plane_at};
+use crate::predict::surroundings::each_near;
 use crate::predict::turning::contact::{Contact, Feature};
-use crate::predict::turning::motion::Body;
-use crate::predict::turning::{Memory, contact_after, contact_gap};
+use crate::predict::turning::{Memory, contact_after};
 use crate::record::Impact;
 use crate::resolve::newton;
 use crate::resolve::turning::{Arms, MOST_POINTS, Mobility, TurningContact, TurningOutcome, Twist};
-use crate::rotation::Rotation;
 use crate::time::Time;
-use crate::tolerance::contact as contact_tolerance;
 use crate::world::Partner;
 
 /// One side of the contact, as it arrives.
 #[derive(Clone, Copy)]
 struct Side {
-    /// Its row; `None` of a plane.
-    row: Option<usize>,
+    /// The same as a partner: a body in its row, a plane or a mesh.
+    itself: Partner,
     id: i64,
     material: u32,
     mass: f64,
-    /// Centre (m), in the image where its flight began; of a plane a point of it.
+    /// Centre (m), in the image where its flight began; of a plane a point of it, of a mesh the origin of its frame.
     position: DVec3,
     twist: Twist,
     orientation: DQuat,
@@ -33,6 +31,11 @@ struct Side {
 }
 
 impl Side {
+    /// The row of a body; `None` of a plane or a mesh.
+    fn row(&self) -> Option<usize> {
+        self.itself.as_ball()
+    }
+
     fn is_free(&self) -> bool {
         self.mass.is_finite()
     }
@@ -51,7 +54,11 @@ impl Simulation {
                 let Some(contact) = self.contact_with_plane(ball, plane, now) else { return Ok(()) };
                 ([self.side(ball, now), self.side_of_plane(plane, now)], contact)
             }
-            (None, None) => return Ok(()),
+            (None, None) => {
+                let Some(mesh) = partner.as_mesh() else { return Ok(()) };
+                let Some(contact) = self.contact_with_mesh(ball, mesh, now) else { return Ok(()) };
+                ([self.side(ball, now), self.side_of_mesh(mesh, now)], contact)
+            }
         };
         let points = arms_of(&contact);
         let restitution = self.world.restitution.of(sides[0].material, sides[1].material);
@@ -77,12 +84,12 @@ impl Simulation {
             outcome
         };
         for (k, other) in [(0, 1), (1, 0)] {
-            self.settle_turning(&sides[k], self.partner_of(&sides[other]), outcome.twists[k], now);
+            self.settle_turning(&sides[k], sides[other].itself, outcome.twists[k], now);
         }
         self.book_turning(&sides, &law, &outcome, elastic);
-        match partner.as_plane() {
-            Some(_) => self.counts.ball_plane += 1,
-            None => self.counts.ball_ball += 1,
+        match partner.as_ball() {
+            Some(_) => self.counts.ball_ball += 1,
+            None => self.counts.ball_plane += 1,
         }
         if self.is_recorded() {
             let impact = recorded(&sides, &contact, &outcome, restitution, now, self.kind(&sides, &contact));
@@ -106,7 +113,7 @@ impl Simulation {
             None => (DQuat::IDENTITY, DVec3::ZERO, Mobility { mass, ..Mobility::NONE }),
         };
         Side {
-            row: Some(row),
+            itself: Partner::ball(row as u32),
             id: world.ids[row],
             material: world.bodies[row].material,
             mass,
@@ -120,7 +127,7 @@ impl Simulation {
     fn side_of_plane(&self, row: usize, now: Time) -> Side {
         let plane = &self.world.planes[row];
         Side {
-            row: None,
+            itself: Partner::plane(row as u32),
             id: plane.id,
             material: plane.material,
             mass: f64::INFINITY,
@@ -131,36 +138,59 @@ impl Simulation {
         }
     }
 
-    fn contact_of_bodies(&self, a: usize, b: usize, now: Time) -> Contact {
+    fn side_of_mesh(&self, row: usize, now: Time) -> Side {
+        let mesh = &self.world.meshes[row];
+        Side {
+            itself: Partner::mesh(row as u32),
+            id: mesh.id,
+            material: mesh.material,
+            mass: f64::INFINITY,
+            position: mesh.position_at(now),
+            twist: Twist { velocity: mesh.velocity, angular_velocity: mesh.angular_velocity },
+            orientation: mesh.orientation_at(now),
+            mobility: Mobility::NONE,
+        }
+    }
+
+    fn contact_of_bodies(&mut self, a: usize, b: usize, now: Time) -> Contact {
         let world = &self.world;
         let shift = -self.predictor.periods().shift_of(world.position(a, now) - world.position(b, now));
         let (body_a, body_b) = (Sought::new(world, a, now, shift), Sought::new(world, b, now, DVec3::ZERO));
         if let ([part_a], [part_b]) = (body_a.parts(), body_b.parts()) {
             return contact_after(&body_a.part(part_a), &body_b.part(part_b), 0.0, &Memory::default());
         }
-        let pairs = body_a.parts().iter().flat_map(|a| body_b.parts().iter().map(move |b| (a, b)));
-        contact_of_parts(pairs.map(|(a, b)| (body_a.part(a), body_b.part(b)))).expect("a body has a part")
+        self.patch.clear();
+        for part_a in body_a.parts() {
+            body_b.parts().iter().for_each(|part_b| self.patch.consider(&body_a.part(part_a), &body_b.part(part_b)));
+        }
+        self.patch.of_parts().expect("a body has a part")
     }
 
-    fn contact_with_plane(&self, row: usize, plane: usize, now: Time) -> Option<Contact> {
+    fn contact_with_plane(&mut self, row: usize, plane: usize, now: Time) -> Option<Contact> {
         let body = Sought::new(&self.world, row, now, DVec3::ZERO);
         let half_space = plane_at(&self.world, plane, now)?;
-        contact_of_parts(body.parts().iter().map(|part| (body.part(part), half_space)))
+        self.patch.clear();
+        body.parts().iter().for_each(|part| self.patch.consider(&body.part(part), &half_space));
+        self.patch.of_parts()
     }
 
-    fn partner_of(&self, side: &Side) -> Partner {
-        match side.row {
-            Some(row) => Partner::ball(row as u32),
-            None => {
-                let row = self.world.planes.iter().position(|plane| plane.id == side.id);
-                Partner::plane(row.unwrap_or(0) as u32)
-            }
-        }
+    fn contact_with_mesh(&mut self, row: usize, mesh: usize, now: Time) -> Option<Contact> {
+        let body = Sought::new(&self.world, row, now, DVec3::ZERO);
+        let surroundings = &self.world.meshes[mesh];
+        let offset = surroundings.position_at(now) - body.position();
+        self.patch.clear();
+        each_near(&self.world, row, mesh, now, &mut self.triangles_near, |index| {
+            let triangle = surroundings.triangle(index);
+            let placed = surroundings.body(&triangle, now);
+            let parts = body.parts().iter();
+            parts.for_each(|part| self.patch.consider_triangle(&body.part(part), &placed, offset));
+        });
+        self.patch.of_triangles()
     }
 
     /// Kinetic energy (J) of a free body that moves so; 0 of one in prescribed motion.
     fn kinetic_energy(&self, side: &Side, twist: &Twist) -> f64 {
-        let Some(row) = side.row.filter(|_| side.is_free()) else { return 0.0 };
+        let Some(row) = side.row().filter(|_| side.is_free()) else { return 0.0 };
         let turning = self.world.turning_body(row);
         0.5 * side.mass * twist.velocity.length_squared()
             + turning.map_or(0.0, |body| body.rotational_energy(side.orientation, twist.angular_velocity))
@@ -170,7 +200,7 @@ impl Simulation {
     fn carried_by(&self, sides: &[Side; 2]) -> f64 {
         let free = sides.iter().filter(|side| side.is_free());
         free.filter_map(|side| {
-            side.row.map(|row| self.world.bodies[row].energy - self.world.potential_energy(row, side.position))
+            side.row().map(|row| self.world.bodies[row].energy - self.world.potential_energy(row, side.position))
         })
         .sum()
     }
@@ -191,8 +221,8 @@ impl Simulation {
             restitution: law.restitution,
             approach_speed: outcome.approach_speed,
         };
-        match sides[0].row {
-            Some(row) => self.refuse(&contact, row, self.partner_of(&sides[1]), now),
+        match sides[0].row() {
+            Some(row) => self.refuse(&contact, row, sides[1].itself, now),
             None => Ok(()),
         }
     }
@@ -201,7 +231,7 @@ impl Simulation {
     #[cold]
     fn graze_turning(&mut self, sides: &[Side; 2], now: Time) -> Result<(), CollapseError> {
         for (k, other) in [(0, 1), (1, 0)] {
-            let (Some(row), partner) = (sides[k].row, self.partner_of(&sides[other])) else { continue };
+            let (Some(row), partner) = (sides[k].row(), sides[other].itself) else { continue };
             let again = self.world.bodies[row].last_partner == partner && self.world.flights[row].start() == now;
             if again && sides[k].is_free() {
                 let resting = self.world.gravity != DVec3::ZERO;
@@ -214,7 +244,7 @@ impl Simulation {
     }
 
     fn settle_turning(&mut self, side: &Side, partner: Partner, twist: Twist, now: Time) {
-        let Some(row) = side.row.filter(|_| side.is_free()) else { return };
+        let Some(row) = side.row().filter(|_| side.is_free()) else { return };
         self.settle(row, partner, side.position, twist.velocity, now);
         if let Some(body) = self.world.turning.as_mut().and_then(|turning| turning.at_mut(row)) {
             body.turn_on(side.orientation, twist.angular_velocity);
@@ -226,7 +256,7 @@ impl Simulation {
         if !elastic {
             self.ledger.dissipated.add(outcome.energy_lost);
         }
-        let free = [0, 1].map(|k| sides[k].row.filter(|_| sides[k].is_free()));
+        let free = [0, 1].map(|k| sides[k].row().filter(|_| sides[k].is_free()));
         let work = law.work_of_prescribed(outcome);
         match free {
             [Some(a), Some(b)] if elastic => {
@@ -254,10 +284,10 @@ impl Simulation {
     }
 
     fn kind(&self, sides: &[Side; 2], contact: &Contact) -> Kind {
-        let form = |k: usize| match sides[k].row {
-            None => Form::Plane,
+        let form = |k: usize| match sides[k].row() {
+            None if sides[k].itself.as_plane().is_some() => Form::Plane,
             Some(row) if self.world.turning_body(row).is_none() => Form::Ball,
-            Some(_) => form_of(contact.features[k]),
+            _ => form_of(contact.features[k]),
         };
         Kind::of(form(0), form(1)).unwrap_or(Kind::BallPlane)
     }
@@ -284,36 +314,6 @@ pub(crate) fn arms_of(contact: &Contact) -> [Arms; MOST_POINTS] {
     points
 }
 
-/// Where two bodies of several parts touch: the pair of parts that is nearest, with the points of all others that touch in the
-/// same direction. Those that touch in another are found again, at the same instant, after this impact.
-pub(crate) fn contact_of_parts<'a>(
-    pairs: impl Iterator<Item = (Body<'a, Rotation>, Body<'a, Rotation>)>,
-) -> Option<Contact> {
-    let mut found: Vec<(f64, f64, Contact)> = pairs
-        .map(|(a, b)| {
-            let size = a.solid.reach().max(b.solid.reach());
-            let tolerance = contact_tolerance(size, (a.position - b.position).length());
-            (contact_gap(&a, &b), tolerance, contact_after(&a, &b, 0.0, &Memory::default()))
-        })
-        .collect();
-    let nearest = found.iter().map(|&(gap, ..)| gap).fold(f64::INFINITY, f64::min);
-    found.retain(|&(gap, tolerance, _)| gap <= nearest.max(0.0) + tolerance);
-    let fastest =
-        |best: Contact, next: Contact| if next.approach_speed() > best.approach_speed() { next } else { best };
-    let mut contact = found.iter().map(|&(.., contact)| contact).reduce(fastest)?;
-    let (first, features) = (contact.points().to_vec(), contact.features);
-    for (_, tolerance, other) in &found {
-        let same = other.features == features && other.points() == first;
-        if !same && other.normal.dot(contact.normal) >= 1.0 - ONE_DIRECTION {
-            contact.add_points(other.points(), 2.0 * tolerance);
-        }
-    }
-    Some(contact)
-}
-
-/// Parts touch in one direction if the cosine of the angle between their normals differs from 1 by no more (pure number, 8ε).
-const ONE_DIRECTION: f64 = 8.0 * f64::EPSILON;
-
 fn recorded(
     sides: &[Side; 2],
     contact: &Contact,
@@ -323,8 +323,8 @@ fn recorded(
     kind: Kind,
 ) -> Impact {
     let point = sides[0].position + outcome.centre.a;
-    // B's centre in the image that A touched; of a plane, the point touched.
-    let centre_b = if sides[1].row.is_some() { point - outcome.centre.b } else { point };
+    // B's centre in the image that A touched; of a plane or a mesh, the point touched.
+    let centre_b = if sides[1].row().is_some() { point - outcome.centre.b } else { point };
     Impact {
         time,
         a: sides[0].id,

@@ -41,11 +41,13 @@ struct Outline {
     points: [DVec3; OUTLINE],
     count: usize,
     endless: bool,
+    /// Of a triangle the sides, by their bits, beyond which its plane goes on.
+    seams: u8,
 }
 
 impl Outline {
     fn new(feature: Feature) -> Self {
-        Self { feature, points: [DVec3::ZERO; OUTLINE], count: 0, endless: false }
+        Self { feature, points: [DVec3::ZERO; OUTLINE], count: 0, endless: false, seams: 0 }
     }
 
     fn push(&mut self, point: DVec3) {
@@ -71,7 +73,8 @@ impl Outline {
             return self.points().iter().fold(f64::INFINITY, |least, end| least.min((point - end).length()));
         }
         let from = |(p, q): (DVec3, DVec3)| (normal.dot((q - p).cross(point - p)) / (q - p).length()).abs();
-        if self.count < 2 { f64::INFINITY } else { self.sides().map(from).fold(f64::INFINITY, f64::min) }
+        let ends = self.sides().enumerate().filter(|(k, _)| k >= &8 || self.seams >> k & 1 == 0);
+        if self.count < 2 { f64::INFINITY } else { ends.map(|(_, side)| from(side)).fold(f64::INFINITY, f64::min) }
     }
 
     /// Whether `point` lies in this outline, seen along `normal`, up to `tolerance` (m).
@@ -146,6 +149,28 @@ fn outline(solid: &Solid, direction: DVec3, tolerance: f64, place: &dyn Fn(DVec3
                 result.push(place(support.point));
             }
         }
+        Core::Triangle(triangle) => {
+            let least = support.point.dot(direction) - tolerance;
+            let tied = triangle.corners.map(|corner| corner.dot(direction) >= least);
+            let first = support.index as usize;
+            let edge = [first, (first + 2) % 3].into_iter().find(|&k| tied[k] && tied[(k + 1) % 3]);
+            let corners = match edge {
+                _ if tied == [true; 3] => {
+                    result.feature = Feature::Face(0);
+                    result.seams = (0..3).fold(0, |seams, k| seams | u8::from(triangle.goes_on_flat(k)) << k);
+                    &triangle.corners[..]
+                }
+                Some(edge) => {
+                    result.feature = Feature::Edge(edge as u32);
+                    &[triangle.corners[edge], triangle.corners[(edge + 1) % 3]]
+                }
+                None => {
+                    result.feature = Feature::Vertex(support.index);
+                    &[support.point]
+                }
+            };
+            corners.iter().for_each(|&corner| result.push(place(corner)));
+        }
         Core::Polyhedron(_, polyhedron) => {
             let corner = |k: u32| polyhedron.vertices[k as usize];
             let least = support.point.dot(direction) - tolerance;
@@ -206,6 +231,9 @@ pub struct Contact {
     pub curvature_radius: f64,
     /// How the normal turns (rad/s) with what touches at the point that approaches fastest.
     pub turning: DVec3,
+    /// Whether B is a triangle that is touched where its neighbours are, so that the normal is theirs: see
+    /// [`crate::shape::Touchable`].
+    pub is_beside: bool,
 }
 
 impl Contact {
@@ -265,15 +293,19 @@ impl Contact {
         let place_b = |p| pair.b.to_world(p) + rough * pair.b.solid.rounding;
         let a = outline(pair.a.solid, -pair.a.to_body(rough), tolerance, &place_a);
         let b = outline(pair.b.solid, pair.b.to_body(rough), tolerance, &place_b);
-        let normal = normal(pair, &a, &b, rough);
+        let asked = normal(pair, &a, &b, rough);
+        let normal = touchable(pair, &b, asked);
+        let is_beside = normal != asked;
+        let on_face = is_beside && triangle_normal(&pair.b).is_some_and(|n| n == normal || n == -normal);
         let mut contact = Self {
             normal,
-            features: [a.feature, b.feature],
+            features: [a.feature, if on_face { Feature::Face(0) } else { b.feature }],
             points: [ContactPoint::default(); POINTS],
             count: 0,
             margin: f64::INFINITY,
             curvature_radius: curvature_radius(pair, &a, &b, normal),
             turning: DVec3::ZERO,
+            is_beside,
         };
         let mut fastest = f64::NEG_INFINITY;
         let mut add = |point: DVec3, turning: &dyn Fn() -> DVec3| {
@@ -348,6 +380,7 @@ fn normal(pair: &Pair, a: &Outline, b: &Outline, rough: DVec3) -> DVec3 {
     let face_of = |pose: &Pose, feature: Feature| match (feature, &pose.solid.core) {
         (Feature::Face(_), Core::HalfSpace) => Some(pose.to_world.z_axis),
         (Feature::Face(k), Core::Polyhedron(_, polyhedron)) => Some(pose.to_world(polyhedron.faces[k as usize].normal)),
+        (Feature::Face(_), Core::Triangle(_)) => triangle_normal(pose),
         (Feature::Cap(_), Core::Placed(placed)) => Some(pose.to_world(placed.axes.z_axis)),
         (Feature::Cap(_), _) => Some(pose.to_world.z_axis),
         _ => None,
@@ -366,6 +399,26 @@ fn normal(pair: &Pair, a: &Outline, b: &Outline, rough: DVec3) -> DVec3 {
         }
     }
     rough
+}
+
+/// The normal of a triangle of a mesh, to its front, world axes.
+fn triangle_normal(pose: &Pose) -> Option<DVec3> {
+    match &pose.solid.core {
+        Core::Triangle(triangle) => Some(pose.to_world(triangle.normal())),
+        _ => None,
+    }
+}
+
+/// The normal in which a triangle of a mesh can be touched, nearest to `asked`: see [`crate::shape::Touchable`].
+fn touchable(pair: &Pair, b: &Outline, asked: DVec3) -> DVec3 {
+    let Core::Triangle(triangle) = &pair.b.solid.core else { return asked };
+    let (mesh, direction) = (&triangle.mesh, pair.b.to_body(asked));
+    let found = match b.feature {
+        Feature::Edge(k) => mesh.touchable_at_edge(triangle.index, k as usize, direction),
+        Feature::Vertex(k) => mesh.touchable_at_corner(triangle.index, k as usize, direction),
+        _ => return asked,
+    };
+    if found.as_asked { asked } else { pair.b.to_world(found.normal) }
 }
 
 /// The sine of the angle below which edges count as parallel (pure number): b × a would have fewer than half the digits.

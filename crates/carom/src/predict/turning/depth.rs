@@ -75,15 +75,24 @@ impl Pair<'_> {
 const GOLDEN_ANGLE: f64 = 2.399963229728653;
 
 fn face_normals(pose: &Pose) -> impl Iterator<Item = DVec3> {
-    let faces = match &pose.solid.core {
-        Core::Polyhedron(_, polyhedron) => &polyhedron.faces[..],
-        _ => &[],
+    let (faces, triangle) = match &pose.solid.core {
+        Core::Polyhedron(_, polyhedron) => (&polyhedron.faces[..], None),
+        Core::Triangle(triangle) => (&[][..], Some(triangle.normal())),
+        _ => (&[][..], None),
     };
-    faces.iter().map(|face| pose.to_world(face.normal))
+    let both_sides = triangle.into_iter().flat_map(|normal| [normal, -normal]);
+    faces.iter().map(|face| face.normal).chain(both_sides).map(|normal| pose.to_world(normal))
 }
 
 fn edges_of(pose: &Pose) -> Vec<DVec3> {
-    let Core::Polyhedron(_, polyhedron) = &pose.solid.core else { return Vec::new() };
+    let polyhedron = match &pose.solid.core {
+        Core::Polyhedron(_, polyhedron) => polyhedron,
+        Core::Triangle(triangle) => {
+            let [a, b, c] = triangle.corners;
+            return [b - a, c - b, a - c].map(|edge| pose.to_world(edge)).to_vec();
+        }
+        _ => return Vec::new(),
+    };
     let ends = polyhedron.edges.iter().map(|edge| edge.vertices.map(|k| polyhedron.vertices[k as usize]));
     ends.map(|[p, q]| pose.to_world(q - p)).collect()
 }

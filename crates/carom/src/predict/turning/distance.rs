@@ -11,7 +11,7 @@
 use glam::DVec3;
 
 use super::motion::Pose;
-use super::solid::SupportPoint;
+use super::solid::{Core, SupportPoint, Triangle};
 use crate::tolerance;
 
 /// A point of A's core and one of B's that support them in one direction.
@@ -67,6 +67,21 @@ const PULL: [f64; 2] = [1.0 / 1024.0, 1.0 / 16.0];
 const ROUNDS: usize = 48;
 
 impl Pair<'_> {
+    /// Where to look for a direction first (m): from B's centre to A's, of a triangle from its point nearest to A's centre.
+    #[inline(always)]
+    pub fn first_guess(&self) -> DVec3 {
+        match &self.b.solid.core {
+            Core::Triangle(triangle) => self.from_nearest(triangle),
+            _ => self.offset,
+        }
+    }
+
+    /// From the point of B, a triangle, that is nearest to A's centre, to that centre (m).
+    fn from_nearest(&self, triangle: &Triangle) -> DVec3 {
+        let [a, b, c] = triangle.corners.map(|corner| self.b.to_world(corner) - self.offset);
+        -nearest_of_triangle(a, b, c).1
+    }
+
     /// The support points of the two cores in the world direction `normal`.
     #[inline(always)]
     pub fn link(&self, normal: DVec3) -> Link {
@@ -477,7 +492,7 @@ impl Simplex {
 }
 
 /// Where on a triangle a point lies.
-enum Region {
+pub(super) enum Region {
     Corner(usize),
     Side(usize, usize),
     Inside,
@@ -485,7 +500,7 @@ enum Region {
 
 /// The point of a triangle nearest to the origin.
 #[inline(always)]
-fn nearest_of_triangle(a: DVec3, b: DVec3, c: DVec3) -> (Region, DVec3) {
+pub(super) fn nearest_of_triangle(a: DVec3, b: DVec3, c: DVec3) -> (Region, DVec3) {
     let (ab, ac) = (b - a, c - a);
     let (d1, d2) = (-ab.dot(a), -ac.dot(a));
     if d1 <= 0.0 && d2 <= 0.0 {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-use crate::shape::{Part, Polyhedron, Shape};
+use crate::shape::{Fold, Part, Polyhedron, Shape, TriangleMesh};
 
 /// Corners of a polyhedron, laid out for the search of the farthest.
 #[derive(Clone, Debug)]
@@ -100,8 +100,39 @@ pub enum Core {
     Ellipsoid(DVec3),
     /// The half-space z ≤ 0 below a plane.
     HalfSpace,
+    /// A triangle of a mesh, which can be touched from both sides.
+    Triangle(Triangle),
     /// A core that stands elsewhere in the body than its own frame: of a part of a compound.
     Placed(Box<Placed>),
+}
+
+/// A triangle of a mesh, taken by itself.
+#[derive(Clone, Debug)]
+pub struct Triangle {
+    /// Its corners (m), frame of the body.
+    pub corners: [DVec3; 3],
+    /// The mesh; its axes are those of the body, its origin may be elsewhere.
+    pub mesh: Arc<TriangleMesh>,
+    /// Which of its triangles.
+    pub index: u32,
+}
+
+impl Triangle {
+    /// Unit normal to the front, frame of the body.
+    pub fn normal(&self) -> DVec3 {
+        self.mesh.triangles[self.index as usize].normal
+    }
+
+    /// Whether the surface goes on in the same plane beyond the edge from corner `k` to the next.
+    pub fn goes_on_flat(&self, k: usize) -> bool {
+        let edge = self.mesh.triangles[self.index as usize].edges[k];
+        self.mesh.edges[edge as usize].fold == Fold::Flat
+    }
+
+    fn farthest(&self, direction: DVec3) -> u32 {
+        let [a, b, c] = self.corners.map(|corner| corner.dot(direction));
+        if c > a.max(b) { 2 } else { u32::from(b > a) }
+    }
 }
 
 /// A core with its place in a body.
@@ -203,6 +234,14 @@ impl Solid {
         })
     }
 
+    /// A triangle of a mesh in a body whose origin is at `origin` (m, frame of the mesh).
+    pub fn triangle(mesh: &Arc<TriangleMesh>, index: u32, origin: DVec3) -> Self {
+        let corners = mesh.corners(index).map(|corner| corner - origin);
+        let core_reach = corners.iter().map(|corner| corner.length()).fold(0.0, f64::max);
+        let core = Core::Triangle(Triangle { corners, mesh: Arc::clone(mesh), index });
+        Self { core, rounding: 0.0, core_reach }
+    }
+
     /// Everything below the plane z = 0 of its body.
     pub fn half_space() -> Self {
         Self { core: Core::HalfSpace, rounding: 0.0, core_reach: 0.0 }
@@ -252,7 +291,7 @@ impl Solid {
     /// The smallest radius of curvature (m) of the smooth surface; ∞ if it has corners and flats only.
     pub fn sharpest(&self) -> f64 {
         match &self.core {
-            Core::Polyhedron(..) | Core::HalfSpace => f64::INFINITY,
+            Core::Polyhedron(..) | Core::HalfSpace | Core::Triangle(_) => f64::INFINITY,
             Core::Point | Core::Segment(_) => self.rounding,
             Core::Cylinder { radius, .. } => *radius,
             Core::Ellipsoid(axes) => axes.min_element() * axes.min_element() / axes.max_element(),
@@ -284,6 +323,10 @@ impl Solid {
                 let point = if height > 0.0 { *semi_axes * scaled / height } else { DVec3::ZERO };
                 SupportPoint { point, index: 0 }
             }
+            Core::Triangle(triangle) => {
+                let index = triangle.farthest(direction);
+                SupportPoint { point: triangle.corners[index as usize], index }
+            }
             Core::Placed(placed) => placed.placed(placed.solid.support(placed.to_solid(direction))),
         }
     }
@@ -298,6 +341,7 @@ impl Solid {
                 SupportPoint { point: DVec3::new(0.0, 0.0, z), index }
             }
             Core::Polyhedron(_, polyhedron) => SupportPoint { point: polyhedron.vertices[index as usize], index },
+            Core::Triangle(triangle) => SupportPoint { point: triangle.corners[index as usize], index },
             Core::Cylinder { radius, half_length } => rim(*radius, *half_length, direction, index == 1),
             Core::Ellipsoid(_) => self.support(direction),
             Core::Placed(placed) => placed.placed(placed.solid.support_on(index, placed.to_solid(direction))),

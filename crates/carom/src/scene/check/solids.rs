@@ -3,8 +3,7 @@
 use glam::DVec3;
 
 use super::{finite, why};
-use crate::error::{CheckError, Problem};
-use crate::scene::{MeshBody, Scene, SolidBody};
+use crate::scene::{Scene, SolidBody};
 use crate::shape::check_inertia;
 use crate::tolerance::{LIMITS, UNIT_LENGTH};
 
@@ -46,6 +45,15 @@ pub(super) fn values(scene: &Scene, wrong: &mut dyn FnMut(&'static str, i64, &'s
         if scene.dimensions != 3 {
             wrong("mesh", mesh.id, "shape", String::new(), "needs dimensions = 3");
         }
+        if scene.domain.is_periodic() {
+            wrong(
+                "mesh",
+                mesh.id,
+                "shape",
+                String::new(),
+                "has no place in a periodic domain, where it would have images",
+            );
+        }
         state.check(scene, &mut |field, value, reason| wrong("mesh", mesh.id, field, value, reason));
     }
 }
@@ -75,14 +83,5 @@ impl State {
         if self.material as usize >= scene.materials {
             wrong("material", self.material.to_string(), "there is no such material");
         }
-    }
-}
-
-/// Refuses meshes, as long as nothing meets them.
-pub(in crate::scene) fn unsupported_meshes(meshes: &[MeshBody]) -> Result<(), CheckError> {
-    let reason = "is of a shape that can be described, but not simulated yet";
-    match meshes.first() {
-        None => Ok(()),
-        Some(mesh) => Err(Problem::new("mesh", Some(mesh.id), "shape", "given", reason).into()),
     }
 }
