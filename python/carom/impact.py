@@ -67,13 +67,15 @@ class Impact:
     mass_a: float
     """kg; inf for fixed bodies."""
     mass_b: float
+    certificate: str | None = None
+    """How its time was certified, see `carom.impact_table.CERTIFICATES`; None where no contact had to be found."""
 
     @classmethod
     def from_native(cls, row: Mapping[str, Any]) -> Impact:
         """Make an impact from the dict that the native module gives; further entries are left aside."""
         values: dict[str, Any] = {}
         for field in fields(cls):
-            value = row[field.name]
+            value = row.get("certificate") if field.name == "certificate" else row[field.name]
             if field.name == "kind":
                 values["kind"] = value if isinstance(value, str) else KINDS[value]
             elif isinstance(value, np.ndarray | list | tuple):

@@ -23,17 +23,8 @@ use self::contact::{Contact, Feature};
 use self::distance::{Pair, Separation};
 use self::motion::{Body, Pose, Turning};
 use self::window::Window;
+pub use crate::event::Certificate;
 use crate::tolerance;
-
-/// How an impact was certified.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Certificate {
-    /// The bodies cross the contact so fast that the time is certain up to rounding.
-    Transversal,
-    /// They come within δ, but so slowly, or with a corner so near a corner or edge, that a touch cannot be told from a miss by
-    /// less than δ. The time is when they are within δ.
-    WithinTolerance,
-}
 
 /// The first impact of two bodies.
 #[derive(Clone, Copy, Debug)]
