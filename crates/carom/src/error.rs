@@ -129,7 +129,9 @@ impl CollapseError {
             Cause::Resting => {
                 "end the run before this time (duration), start the bodies apart or moving, or leave out gravity"
             }
-            Cause::Search => "end the run before this time (duration), or start the bodies apart or turning more slowly",
+            Cause::Search => {
+                "end the run before this time (duration), or start the bodies apart or turning more slowly"
+            }
             Cause::Resolution => "end the run before this time (duration), or leave the bodies room",
             Cause::Accumulation => "end the run before this time (duration), or raise the restitution of this pair",
         }

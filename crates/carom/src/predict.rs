@@ -317,8 +317,7 @@ impl Predictor {
         let limit = |first: &First| if first.time.before(leaves) { first.time } else { leaves };
         for &other in lists.beside(ball) {
             let (pair, times) = ([ball, other as usize], [now, limit(&first)]);
-            let foreseen =
-                solids::impact_of_bodies(world, &self.periods, &mut self.cut_offs, pair, times, self.same);
+            let foreseen = solids::impact_of_bodies(world, &self.periods, &mut self.cut_offs, pair, times, self.same);
             consider(&mut first, foreseen, Partner::ball(other), self.same);
         }
         if turns && !world.is_fixed(ball) {

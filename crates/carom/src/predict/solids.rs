@@ -116,10 +116,7 @@ pub(super) fn impact_with_plane(
 }
 
 /// The first impact of any of these, within `horizon` seconds; or none, where one of the searches was cut off before.
-fn first_of_parts<'a>(
-    pairs: impl Iterator<Item = (Body<'a, Rotation>, Body<'a, Rotation>)>,
-    horizon: f64,
-) -> Search {
+fn first_of_parts<'a>(pairs: impl Iterator<Item = (Body<'a, Rotation>, Body<'a, Rotation>)>, horizon: f64) -> Search {
     let mut first = Search { impact: None, clear_until: horizon, steps: 0 };
     for (a, b) in pairs {
         let search = first_impact(&a, &b, first.clear_until, &mut Memory::default());

@@ -9,6 +9,7 @@
 //! ([`contact`]). Bodies that touch and part are followed until the bound shows them to have left.
 
 pub mod bound;
+pub mod climb;
 pub mod contact;
 mod depth;
 pub mod distance;
