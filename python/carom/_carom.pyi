@@ -21,6 +21,7 @@ __all__ = [
     "TriangleMesh",
     "UndecidedError",
     "__version__",
+    "certificates",
     "check_inertia",
     "classify",
     "collide",
@@ -218,6 +219,9 @@ def lattice_sites(
 
 def placed_solids(spec: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
     """Tell the bodies that turn of a spec, those of its fills too, by column. Raises CheckError."""
+
+def certificates() -> list[str]:
+    """Names of how the time of an impact may be certified; the number of one is its place."""
 
 def kinds() -> list[str]:
     """Names of the kinds of impact; the number of a kind is its place."""

@@ -73,15 +73,15 @@ class Impact:
     impulses: NDArray[np.float64] | None = None
     """What acts at each of `points`, (k,), N s, none negative; their sum is `impulse`. From four points on it is one
     choice of several with the same velocities after."""
+    certificate: str | None = None
+    """How its time was certified, see `carom.impact_table.CERTIFICATES`; None where no contact had to be found."""
 
     @classmethod
     def from_native(cls, row: Mapping[str, Any]) -> Impact:
         """Make an impact from the dict that the native module gives; further entries are left aside."""
         values: dict[str, Any] = {}
         for field in fields(cls):
-            if field.name in ("points", "impulses") and field.name not in row:
-                continue
-            value = row[field.name]
+            value = row.get(field.name) if field.name in ("points", "impulses", "certificate") else row[field.name]
             if field.name == "kind":
                 values["kind"] = value if isinstance(value, str) else KINDS[value]
             elif isinstance(value, np.ndarray | list | tuple):

@@ -56,6 +56,15 @@ KINDS = (
 )
 """Names of the kinds of impact, by what of the two surfaces meets; the simulator's code of a kind is its place here."""
 
+CERTIFICATES = ("closed-form", "transversal", "within-tolerance")
+"""How the time of an impact may be certified; the simulator's code of one is its place here. Closed form: balls among
+themselves and with planes, certain up to rounding. Transversal: bodies that turn, crossing so fast that the time is
+certain up to rounding. Within tolerance: they come within the stated tolerance, about 1e-12 of their size, so slowly or
+so near a corner or edge that a touch cannot be told from a miss by less; the time is when they do."""
+
+_NAMES = {"kind": KINDS, "certificate": CERTIFICATES}
+"""Fields that hold a name, whose code is one byte."""
+
 _WIDTHS = {
     "point": 3,
     "normal": 3,
@@ -88,10 +97,10 @@ DTYPE = np.dtype(
 FIELDS: tuple[str, ...] = DTYPE.names or ()
 """Their names, in order."""
 
-TURNING_FIELDS = ("orientation_a", "orientation_b", "angular_velocity_a", "angular_velocity_b")
-"""Fields that the table of a scene with bodies that turn has besides, all of them, right after the impact: unit
+TURNING_FIELDS = ("orientation_a", "orientation_b", "angular_velocity_a", "angular_velocity_b", "certificate")
+"""Fields that the table of a scene with bodies that turn has besides, all of them. Right after the impact: unit
 quaternions (w, x, y, z), the frame in which a shape was given to world, and rad/s in world axes; of a plane, a wall
-or a mesh (1, 0, 0, 0) and 0."""
+or a mesh (1, 0, 0, 0) and 0. How its time was certified: see `CERTIFICATES`."""
 
 
 def fields(*, turning: bool) -> tuple[str, ...]:
@@ -106,15 +115,19 @@ def has_turns(chunks: Iterable[Mapping[str, NDArray[Any]]]) -> bool:
 
 def dtype(*, turning: bool) -> np.dtype[np.void]:
     """Type of a row: `DTYPE`, and with bodies that turn their fields at its end."""
-    added = [(name, "<f8", (_WIDTHS[name],)) for name in TURNING_FIELDS]
-    return np.dtype([(name, DTYPE[name]) for name in FIELDS] + added) if turning else DTYPE
+    if not turning:
+        return DTYPE
+    added: list[tuple[str, Any]] = [
+        (name, "<U16" if name in _NAMES else np.dtype(("<f8", (_WIDTHS[name],)))) for name in TURNING_FIELDS
+    ]
+    return np.dtype([(name, DTYPE[name]) for name in FIELDS] + added)
 
 
 # What is digested: the same row with the kind's code, packed, little-endian, so that the digest depends on nothing
 # else.
 def _digest_dtype(*, turning: bool) -> np.dtype[np.void]:
     row = dtype(turning=turning)
-    return np.dtype([(name, "u1" if name == "kind" else row[name]) for name in fields(turning=turning)])
+    return np.dtype([(name, "u1" if name in _NAMES else row[name]) for name in fields(turning=turning)])
 
 
 def empty(*, turning: bool = False) -> dict[str, NDArray[Any]]:
@@ -135,12 +148,12 @@ def structured(chunks: Iterable[Mapping[str, NDArray[Any]]]) -> NDArray[np.void]
     """Rows of all chunks as one structured array of `DTYPE`, or with bodies that turn of `dtype(turning=True)`."""
     chunks = [chunk for chunk in chunks if len(chunk["time"])]
     rows = np.empty(sum(len(chunk["time"]) for chunk in chunks), dtype(turning=has_turns(chunks)))
-    names = np.array(KINDS, DTYPE["kind"])
+    names = {field: np.array(named) for field, named in _NAMES.items()}
     start = 0
     for chunk in chunks:
         part = rows[start : start + len(chunk["time"])]
         for name in rows.dtype.names or ():
-            part[name] = names[chunk["kind"]] if name == "kind" else chunk[name]
+            part[name] = names[name][chunk[name]] if name in _NAMES else chunk[name]
         start += len(part)
     return rows
 
@@ -150,7 +163,7 @@ def arrow_schema(metadata: Mapping[str, str] | None = None, *, turning: bool = F
     import pyarrow as pa
 
     def arrow_type(name: str) -> pa.DataType:
-        if name == "kind":
+        if name in _NAMES:
             return pa.dictionary(pa.int8(), pa.string())
         if name in _WIDTHS:
             return pa.list_(pa.field("item", pa.float64(), nullable=False), _WIDTHS[name])
@@ -172,11 +185,10 @@ def record_batch(chunk: Mapping[str, NDArray[Any]], schema: pyarrow.Schema) -> p
     arrays: list[pa.Array] = []
     for field in schema:
         column = chunk[field.name]
-        if field.name == "kind":
+        if field.name in _NAMES:
             # A code is one byte whether it counts as signed or not; Arrow tools expect signed indices.
-            arrays.append(
-                pa.DictionaryArray.from_arrays(flat(column.view(np.int8), pa.int8()), pa.array(KINDS, pa.string()))
-            )
+            names = pa.array(_NAMES[field.name], pa.string())
+            arrays.append(pa.DictionaryArray.from_arrays(flat(column.view(np.int8), pa.int8()), names))
         elif field.name in _WIDTHS:
             values = flat(column, pa.float64())
             arrays.append(pa.Array.from_buffers(field.type, rows, [None], children=[values]))
@@ -190,8 +202,8 @@ def columns(batch: pyarrow.RecordBatch) -> dict[str, NDArray[Any]]:
     found: dict[str, NDArray[Any]] = {}
     for name in fields(turning=TURNING_FIELDS[0] in batch.schema.names):
         array = batch.column(name)
-        if name == "kind":
-            codes = {kind: code for code, kind in enumerate(KINDS)}
+        if name in _NAMES:
+            codes = {kind: code for code, kind in enumerate(_NAMES[name])}
             lookup = np.array([codes[kind] for kind in array.dictionary.to_pylist()], np.uint8)
             found[name] = lookup[array.indices.to_numpy()]
         elif name in _WIDTHS:

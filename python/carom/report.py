@@ -232,7 +232,7 @@ def _impacts(folder: RunFolder, time_start: float) -> tuple[dict[str, Any], floa
         if missing == 0:
             break
     columns = impact_table.joined(chunks)
-    widths = {"a": "<i4", "b": "<i4", "kind": "u1"}
+    widths = {"a": "<i4", "b": "<i4", "kind": "u1", "certificate": "u1"}
     last = float(columns["time"][-1]) if len(columns["time"]) else time_start
     # Both parts of the clock count: the difference is small where the clock is large.
     columns["time"] = (columns["time"] - time_start) + columns["time_low"]

@@ -58,7 +58,7 @@ class SolidEngine(Protocol):
     `orientations()` (shape's frame to world) and `angular_velocities()` (world axes) have a row for each body that
     turns as they have for balls. Its `take_impacts()` has, besides the columns for balls, those of
     `carom.impact_table.TURNING_FIELDS`: orientation and angular velocity of either body right after the impact; of a
-    ball its own, of a plane, a wall or a mesh (1, 0, 0, 0) and 0.
+    ball its own, of a plane, a wall or a mesh (1, 0, 0, 0) and 0; and how the time of the impact was certified.
     """
 
     @property

@@ -83,6 +83,7 @@ class Engine:
         chunk["kind"][0] = impact_table.KINDS.index("ball-face")
         chunk["normal"][0] = [-1, 0, 0]
         chunk["orientation_a"][0] = IDENTITY
+        chunk["certificate"][0] = impact_table.CERTIFICATES.index("within-tolerance")
         chunk["orientation_b"][0] = [0.5, 0.5, -0.5, 0.5]
         chunk["angular_velocity_b"][0] = [1, 2, 3]
         return chunk
@@ -112,6 +113,8 @@ def simulation(engine=None) -> Any:
 
 def test_the_kinds_of_impact_are_the_engines():
     assert list(impact_table.KINDS) == _carom.kinds()
+    assert list(impact_table.CERTIFICATES) == _carom.certificates()
+    assert max(map(len, impact_table.CERTIFICATES)) == impact_table.dtype(turning=True)["certificate"].itemsize // 4
     assert max(map(len, impact_table.KINDS)) == impact_table.DTYPE["kind"].itemsize // 4
 
 
@@ -121,6 +124,7 @@ def test_the_table_of_impacts_has_the_turns_where_bodies_turn():
     rows = impact_table.structured([chunk, chunk])
     assert rows.dtype == impact_table.dtype(turning=True)
     assert rows["kind"].tolist() == ["ball-face"] * 2
+    assert rows["certificate"].tolist() == ["within-tolerance"] * 2
     assert rows["orientation_b"].tolist() == [[0.5, 0.5, -0.5, 0.5]] * 2
     schema = impact_table.arrow_schema(turning=True)
     batch = impact_table.record_batch(chunk, schema)
@@ -128,6 +132,7 @@ def test_the_table_of_impacts_has_the_turns_where_bodies_turn():
     back = impact_table.columns(batch)
     assert all(np.array_equal(back[name], chunk[name]) for name in chunk)
     flat = export._flat(batch)
+    assert flat.column("certificate").to_pylist() == ["within-tolerance"]
     assert flat.column("orientation_b_z").to_pylist() == [0.5]
     assert flat.column("angular_velocity_b_y").to_pylist() == [2.0]
     # Nothing has changed where only balls are.

@@ -17,8 +17,9 @@ use crate::errors;
 use crate::geometry::Geometry;
 use crate::spec::Spec;
 
-/// Events between two looks for Ctrl-C: some 10 ms.
+/// Events between two looks for Ctrl-C: some 10 ms. With bodies that turn an event may be a search of that length.
 const EVENTS_AT_ONCE: u64 = 4_000;
+const EVENTS_AT_ONCE_TURNING: u64 = 16;
 
 /// Where a body of the scene is kept.
 #[derive(Clone, Copy)]
@@ -72,6 +73,10 @@ impl Engine {
 
     fn world(&self) -> &World {
         self.simulation.world()
+    }
+
+    fn events_at_once(&self) -> u64 {
+        if self.world().turning.is_some() { EVENTS_AT_ONCE_TURNING } else { EVENTS_AT_ONCE }
     }
 
     /// Three numbers for each body, from a ball's row or that of a plane or mesh.
@@ -148,6 +153,7 @@ impl Engine {
         row.set_item("a", impact.a)?;
         row.set_item("b", impact.b)?;
         row.set_item("kind", impact.kind.name())?;
+        row.set_item("certificate", impact.certificate.name())?;
         row.set_item("point", impact.point.to_array())?;
         row.set_item("normal", impact.normal.to_array())?;
         row.set_item("approach_speed", impact.approach_speed)?;
@@ -416,9 +422,10 @@ impl Engine {
             })?,
         };
         let mut left = impacts.unwrap_or(u64::MAX);
+        let at_once = self.events_at_once();
         loop {
             let before = self.simulation.counts().impacts();
-            let stop = py.detach(|| self.simulation.run(limit, left, EVENTS_AT_ONCE));
+            let stop = py.detach(|| self.simulation.run(limit, left, at_once));
             left -= self.simulation.counts().impacts() - before;
             match stop.map_err(|error| errors::collapse(py, &error))? {
                 Stop::Time => return Ok(if until.is_some() { "time" } else { "exhausted" }),
@@ -431,8 +438,9 @@ impl Engine {
     /// On to the next impact, as a dict; None if there is none before the scene's duration, at which the clock then stands.
     fn step<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let limit = self.world().clock.at(self.end);
+        let at_once = self.events_at_once();
         loop {
-            let step = py.detach(|| self.simulation.step_within(limit, EVENTS_AT_ONCE));
+            let step = py.detach(|| self.simulation.step_within(limit, at_once));
             match step.map_err(|error| errors::collapse(py, &error))? {
                 (_, Some(impact)) => return self.impact(py, &impact).map(Some),
                 (Stop::Events, None) => py.check_signals()?,
@@ -464,6 +472,7 @@ impl Engine {
                 columns.set_item(orientation, turns.orientation.into_pyarray(py).reshape([rows, 4])?)?;
                 columns.set_item(angular_velocity, array2(py, turns.angular_velocity)?)?;
             }
+            columns.set_item("certificate", table.certificate.into_pyarray(py))?;
         }
         Ok(columns)
     }
@@ -500,6 +509,9 @@ impl Engine {
         entries.set_item("impacts", counts.impacts())?;
         entries.set_item("ball_ball", counts.ball_ball)?;
         entries.set_item("ball_plane", counts.ball_plane)?;
+        entries.set_item("transversal", counts.transversal)?;
+        entries.set_item("within_tolerance", counts.within_tolerance)?;
+        entries.set_item("continued", counts.continued)?;
         entries.set_item("grazes", counts.grazes)?;
         entries.set_item("cell_crossings", counts.crossings)?;
         entries.set_item("stale", counts.stale)?;

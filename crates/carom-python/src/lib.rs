@@ -16,6 +16,12 @@ fn kinds() -> Vec<&'static str> {
     carom::event::Kind::ALL.iter().map(|kind| kind.name()).collect()
 }
 
+/// The names of how the time of an impact may be certified, by number.
+#[pyfunction]
+fn certificates() -> Vec<&'static str> {
+    carom::event::Certificate::ALL.iter().map(|certificate| certificate.name()).collect()
+}
+
 #[pymodule]
 fn _carom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
@@ -39,5 +45,6 @@ fn _carom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(scene_text::parse_toml, module)?)?;
     module.add_function(wrap_pyfunction!(scene_text::parse_json, module)?)?;
     module.add_function(wrap_pyfunction!(kinds, module)?)?;
+    module.add_function(wrap_pyfunction!(certificates, module)?)?;
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! How long the prediction of an impact of two turning cubes takes: pairs as they meet in a gas at packing 0.15 with kT = 1.
+//! How long the prediction of an impact of two turning bodies takes, cubes and pebbles of up to 10,000 corners: pairs as they meet in a gas at packing 0.15 with kT = 1.
 //!
 //!     cargo run --release --example turning_speed
 
@@ -9,7 +9,7 @@ use carom::predict::turning::motion::{Body, SteadyRotation};
 use carom::predict::turning::solid::Solid;
 use carom::predict::turning::{Memory, Search, contact_after, first_impact};
 use carom::random::Random;
-use carom::shape::Shape;
+use carom::shape::{Polyhedron, Shape};
 use glam::{DQuat, DVec3};
 
 /// A pair at its start.
@@ -100,14 +100,34 @@ fn processor_time() -> Duration {
 }
 
 fn main() {
-    let solid = Solid::new(&Shape::cuboid(DVec3::ONE).expect("a size")).expect("a convex shape");
+    println!("cubes");
+    report_all(&Solid::new(&Shape::cuboid(DVec3::ONE).expect("a size")).expect("a convex shape"));
+    for corners in [20, 32, 50, 100, 1_000, 10_000] {
+        println!("hulls of {corners} corners on a sphere");
+        report_all(&Solid::new(&pebble(corners)).expect("a convex shape"));
+    }
+}
+
+/// The hull of so many points spread evenly over a sphere, along a spiral (Saff and Kuijlaars 1997), as wide as a unit cube.
+fn pebble(corners: usize) -> Shape {
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let point = |k: usize| {
+        let z = 1.0 - (2.0 * k as f64 + 1.0) / corners as f64;
+        let (sine, cosine) = (golden * k as f64).sin_cos();
+        0.5 * DVec3::new((1.0 - z * z).sqrt() * cosine, (1.0 - z * z).sqrt() * sine, z)
+    };
+    let points: Vec<DVec3> = (0..corners).map(point).collect();
+    Polyhedron::from_points(&points).expect("a hull").into()
+}
+
+fn report_all(solid: &Solid) {
     let mut random = Random::new(1, 0);
     let mut all = Vec::new();
     let (mut hits, mut misses, mut after) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..20_000 {
-        let case = case(&mut random, &solid);
+        let case = case(&mut random, solid);
         let mut memory = Memory::default();
-        let [a, b] = bodies(&case, &solid);
+        let [a, b] = bodies(&case, solid);
         let found = first_impact(&a, &b, f64::INFINITY, &mut memory);
         all.push((Case { ..case }, Memory::default()));
         match found.impact {
@@ -133,10 +153,10 @@ fn main() {
             None => {}
         }
     }
-    report("all pairs", &all, f64::INFINITY, &solid);
-    report("all pairs, 0.15 s", &all, 0.15, &solid);
-    report("hits", &hits, f64::INFINITY, &solid);
-    report("misses of near pairs", &misses, f64::INFINITY, &solid);
-    report("just collided", &after, f64::INFINITY, &solid);
-    report("just collided, 0.15 s", &after, 0.15, &solid);
+    report("all pairs", &all, f64::INFINITY, solid);
+    report("all pairs, 0.15 s", &all, 0.15, solid);
+    report("hits", &hits, f64::INFINITY, solid);
+    report("misses of near pairs", &misses, f64::INFINITY, solid);
+    report("just collided", &after, f64::INFINITY, solid);
+    report("just collided, 0.15 s", &after, 0.15, solid);
 }

@@ -88,6 +88,8 @@ pub enum Cause {
     Accumulation,
     /// Impacts follow each other faster than the clock can tell.
     Resolution,
+    /// Whether and when bodies that turn meet cannot be told in steps of time that the clock can tell.
+    Search,
 }
 
 /// The run cannot go on by impacts alone. The simulation stands at the last valid event.
@@ -111,6 +113,10 @@ impl CollapseError {
             Cause::Accumulation => {
                 "impacts that lose energy accumulate (inelastic collapse): infinitely many of them in a finite time"
             }
+            Cause::Search => {
+                "they turn so fast, and so near each other, that the search for their next impact cannot go on by as much \
+                 time as the clock can resolve"
+            }
             Cause::Resolution => {
                 "they meet faster, or more often, than the clock can resolve, as a body does that others squeeze"
             }
@@ -122,6 +128,9 @@ impl CollapseError {
         match self.cause {
             Cause::Resting => {
                 "end the run before this time (duration), start the bodies apart or moving, or leave out gravity"
+            }
+            Cause::Search => {
+                "end the run before this time (duration), or start the bodies apart or turning more slowly"
             }
             Cause::Resolution => "end the run before this time (duration), or leave the bodies room",
             Cause::Accumulation => "end the run before this time (duration), or raise the restitution of this pair",

@@ -52,6 +52,33 @@ pub enum PairKind {
     Turning,
 }
 
+/// How the time of an impact was certified.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Certificate {
+    /// The first root of a closed form, as of balls among themselves and with planes: certain up to rounding.
+    ClosedForm = 0,
+    /// Found by a search: the bodies cross the contact so fast that the time is certain up to rounding.
+    Transversal = 1,
+    /// Found by a search: they come within δ, but so slowly, or with a corner so near a corner or edge, that a touch cannot be
+    /// told from a miss by less than δ. The time is when they are within δ.
+    WithinTolerance = 2,
+}
+
+impl Certificate {
+    /// All of them, by number.
+    pub const ALL: &[Self] = &[Self::ClosedForm, Self::Transversal, Self::WithinTolerance];
+
+    /// The name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ClosedForm => "closed-form",
+            Self::Transversal => "transversal",
+            Self::WithinTolerance => "within-tolerance",
+        }
+    }
+}
+
 /// A part of a surface, by its form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Form {

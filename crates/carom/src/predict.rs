@@ -4,6 +4,7 @@ pub mod ball_ball;
 pub mod ball_ball_accelerated;
 pub mod ball_plane;
 pub mod crossing;
+mod cut_off;
 pub mod lanes;
 pub mod root;
 mod row;
@@ -14,11 +15,12 @@ pub mod turning;
 
 use glam::DVec3;
 
+use self::cut_off::{CutOffs, Foreseen, Next};
 use self::lanes::Width;
 use self::row::{Search, Soonest};
 use self::seeker::Seeker;
 use self::surroundings::{TriangleRoom, impact_with_mesh};
-use crate::event::{Kind, PairKind, Rank};
+use crate::event::{Certificate, Kind, PairKind, Rank};
 use crate::time::Time;
 use crate::tolerance::{self, SAME_INSTANT};
 use crate::world::cells::Face;
@@ -63,6 +65,9 @@ pub struct Predictor {
     room: Gathered,
     /// The same for triangles.
     triangles: TriangleRoom,
+    /// How what comes next is certified, of each row; empty where nobody turns.
+    certificates: Vec<Certificate>,
+    cut_offs: CutOffs,
 }
 
 /// When a free ball next touches a plane.
@@ -197,7 +202,37 @@ impl Predictor {
             same: SAME_INSTANT * world.clock.span(),
             room: Gathered::default(),
             triangles: TriangleRoom::default(),
+            certificates: if world.turning.is_some() { vec![Certificate::ClosedForm; world.len()] } else { Vec::new() },
+            cut_offs: CutOffs::default(),
         }
+    }
+
+    /// For the same world after a change of its order in memory. What is known of bodies by their ids is kept.
+    pub fn anew(&mut self, world: &World, nearby: &Nearby) -> Self {
+        Self { cut_offs: std::mem::take(&mut self.cut_offs), ..Self::new(world, nearby, self.width) }
+    }
+
+    /// How the impact that was foreseen for the body in this row is certified.
+    pub(crate) fn certificate(&self, row: usize) -> Certificate {
+        self.certificates.get(row).copied().unwrap_or(Certificate::ClosedForm)
+    }
+
+    /// When the search for an impact of two bodies, as `search` tells it, has to go on.
+    #[cfg(test)]
+    pub(crate) fn foresee_pair(
+        &mut self,
+        world: &World,
+        [a, b]: [usize; 2],
+        times: [Time; 2],
+        search: impl FnMut(Time, f64) -> turning::Search,
+    ) -> Time {
+        let pair = cut_off::Pair::of_bodies(world, a, b, DVec3::ZERO, world.flights[a].start());
+        self.cut_offs.foresee(world, pair, times, self.same, search).time
+    }
+
+    /// Ids of a pair with the body in this row for which the search of an impact cannot be brought on at all.
+    pub(crate) fn stuck(&self, world: &World, row: usize) -> Option<(i64, i64)> {
+        self.cut_offs.stuck(world, row)
     }
 
     /// The periodic box.
@@ -264,72 +299,97 @@ impl Predictor {
             && (!lists.beside(ball).is_empty() || world.turning_body(ball).is_some() || !world.meshes.is_empty())
     }
 
-    /// The first impact of `ball`, which may turn, with anybody near, of whom some may, and with meshes.
+    /// The first impact of `ball`, which may turn, with anybody near, of whom some may, and with meshes; with nobody, where a
+    /// search that was cut off has to go on before.
     #[inline(never)]
     fn first_with_turning(&mut self, world: &World, lists: &Lists, ball: usize, now: Time) -> First {
         let turns = world.turning_body(ball).is_some();
-        let seeker = Seeker { world, predictor: self, ball, now };
         // Planes are for balls alone here.
         let planes = if turns { PlaneSet::NONE } else { lists.planes(ball) };
-        let mut first = seeker.first(lists.row(ball), planes);
-        // Nothing after the body has left its list needs to be known.
-        let leaves = lists.leaves(world, ball, now);
+        let mut first = Seeker { world, predictor: self, ball, now }.first(lists.row(ball), planes);
+        let mut certificate = Certificate::ClosedForm;
+        // Nothing after the body has left its list needs to be known, nor after a search has to go on.
+        let (leaves, mut again) = (lists.leaves(world, ball, now), Time::NEVER);
+        let mut consider = |first: &mut First, foreseen: Foreseen, partner: Partner, same: f64| {
+            let Some(how) = foreseen.certificate else {
+                again = if foreseen.time.before(again) { foreseen.time } else { again };
+                return;
+            };
+            if foreseen.time.before(first.time) {
+                certificate = how;
+            }
+            *first = first.or(foreseen.time, partner, same);
+        };
+        let limit = |first: &First| if first.time.before(leaves) { first.time } else { leaves };
         for &other in lists.beside(ball) {
-            let limit = if first.time.before(leaves) { first.time } else { leaves };
-            let time = solids::impact_of_bodies(world, &self.periods, ball, other as usize, now, limit, self.same);
-            first = first.or(time, Partner::ball(other), self.same);
+            let (pair, times) = ([ball, other as usize], [now, limit(&first)]);
+            let foreseen = solids::impact_of_bodies(world, &self.periods, &mut self.cut_offs, pair, times, self.same);
+            consider(&mut first, foreseen, Partner::ball(other), self.same);
         }
         if turns && !world.is_fixed(ball) {
             for row in 0..world.planes.len() {
                 if lists.planes(ball).contains(row) {
-                    let limit = if first.time.before(leaves) { first.time } else { leaves };
-                    let time = solids::impact_with_plane(world, ball, row, limit, self.same);
-                    first = first.or(time, Partner::plane(row as u32), self.same);
+                    let times = [now, limit(&first)];
+                    let foreseen = solids::impact_with_plane(world, &mut self.cut_offs, ball, row, times, self.same);
+                    consider(&mut first, foreseen, Partner::plane(row as u32), self.same);
                 }
             }
         }
         if !world.is_fixed(ball) {
             for mesh in 0..world.meshes.len() {
-                let limit = if first.time.before(leaves) { first.time } else { leaves };
-                let time = impact_with_mesh(world, ball, mesh, now, limit, self.same, &mut self.triangles);
-                first = first.or(time, Partner::mesh(mesh as u32), self.same);
+                let (times, room) = ([now, limit(&first)], &mut self.triangles);
+                let foreseen = impact_with_mesh(world, &mut self.cut_offs, [ball, mesh], times, self.same, room);
+                consider(&mut first, foreseen, Partner::mesh(mesh as u32), self.same);
             }
         }
-        if first.tied { self.lowest_with_turning(world, lists, ball, now, first) } else { first }
+        if again.before(first.time) {
+            return First { time: again, ..First::NEVER };
+        }
+        let next = Next { time: first.time, partner: first.partner, certificate };
+        let next = if first.tied { self.lowest_with_turning(world, lists, ball, now, next) } else { next };
+        self.certificates[ball] = next.certificate;
+        First { time: next.time, partner: next.partner, tied: false }
     }
 
     /// Second look, where several impacts may belong to one instant: the one that comes first in rank.
     #[cold]
-    fn lowest_with_turning(&mut self, world: &World, lists: &Lists, ball: usize, now: Time, first: First) -> First {
+    fn lowest_with_turning(&mut self, world: &World, lists: &Lists, ball: usize, now: Time, first: Next) -> Next {
         let turns = world.turning_body(ball).is_some();
         let end = world.clock.after(first.time, 2.0 * self.same);
-        let mut found: Vec<(Time, Partner)> = vec![(first.time, first.partner)];
+        let mut found: Vec<Next> = vec![first];
+        // Up to the first nothing had to be looked at again.
+        let mut add = |Foreseen { time, certificate }: Foreseen, partner: Partner| {
+            found.extend(certificate.map(|certificate| Next { time, partner, certificate }));
+        };
         for &other in lists.beside(ball) {
-            let time = solids::impact_of_bodies(world, &self.periods, ball, other as usize, now, end, self.same);
-            found.push((time, Partner::ball(other)));
+            let pair = [ball, other as usize];
+            let foreseen =
+                solids::impact_of_bodies(world, &self.periods, &mut self.cut_offs, pair, [now, end], self.same);
+            add(foreseen, Partner::ball(other));
         }
         for row in 0..world.planes.len() {
             if turns && !world.is_fixed(ball) && lists.planes(ball).contains(row) {
-                found.push((solids::impact_with_plane(world, ball, row, end, self.same), Partner::plane(row as u32)));
+                let foreseen = solids::impact_with_plane(world, &mut self.cut_offs, ball, row, [now, end], self.same);
+                add(foreseen, Partner::plane(row as u32));
             }
         }
         for mesh in 0..world.meshes.len() {
             if !world.is_fixed(ball) {
-                let time = impact_with_mesh(world, ball, mesh, now, end, self.same, &mut self.triangles);
-                found.push((time, Partner::mesh(mesh as u32)));
+                let room = &mut self.triangles;
+                let foreseen = impact_with_mesh(world, &mut self.cut_offs, [ball, mesh], [now, end], self.same, room);
+                add(foreseen, Partner::mesh(mesh as u32));
             }
         }
         if !turns {
             let seeker = Seeker { world, predictor: self, ball, now };
             let other = seeker.lowest_of_instant(lists.row(ball), lists.planes(ball));
-            found.push((other.time, other.partner));
+            add(Foreseen { time: other.time, certificate: Some(Certificate::ClosedForm) }, other.partner);
         }
         let earliest =
-            found.iter().fold(Time::NEVER, |first, &(time, _)| if time.before(first) { time } else { first });
+            found.iter().fold(Time::NEVER, |first, next| if next.time.before(first) { next.time } else { first });
         let end = world.clock.after(earliest, self.same);
-        let of_instant = found.into_iter().filter(|(time, _)| !end.before(*time));
-        let lowest = of_instant.min_by_key(|&(_, partner)| rank(world, ball, partner));
-        lowest.map_or(First::NEVER, |(time, partner)| First { time, partner, tied: false })
+        let of_instant = found.iter().filter(|next| !end.before(next.time));
+        of_instant.min_by_key(|next| rank(world, ball, next.partner)).copied().unwrap_or(first)
     }
 
     /// After a passage through the face of a cell: the first impact with the balls newly near, the planes near, and the ball

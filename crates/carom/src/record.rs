@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::event::Kind;
+use crate::event::{Certificate, Kind};
 use crate::time::Time;
 
 /// One impact with all that the law was given and gave.
@@ -16,6 +16,8 @@ pub struct Impact {
     pub b: i64,
     /// What kind of surfaces met.
     pub kind: Kind,
+    /// How its time was certified.
+    pub certificate: Certificate,
     /// Where they touched (m).
     pub point: DVec3,
     /// Unit vector from B to A.
@@ -84,6 +86,8 @@ pub struct ImpactTable {
     pub energy_lost: Vec<f64>,
     /// How A and B are oriented and turn right after; without rows where no body of the scene turns.
     pub turns: [Turns; 2],
+    /// [`Certificate`] as a number; without rows where no body of the scene turns.
+    pub certificate: Vec<u8>,
 }
 
 /// How one of the bodies of each impact is oriented and turns right after it.
@@ -114,8 +118,9 @@ impl ImpactTable {
         self.energy_lost.push(impact.energy_lost);
     }
 
-    /// Adds how A and B of the last row are oriented and turn.
-    pub fn push_turns(&mut self, turns: [([f64; 4], DVec3); 2]) {
+    /// Adds how the last row is certified, and how its A and B are oriented and turn.
+    pub fn push_turns(&mut self, certificate: Certificate, turns: [([f64; 4], DVec3); 2]) {
+        self.certificate.push(certificate as u8);
         for (columns, (orientation, angular_velocity)) in self.turns.iter_mut().zip(turns) {
             columns.orientation.extend_from_slice(&orientation);
             columns.angular_velocity.extend_from_slice(&angular_velocity.to_array());

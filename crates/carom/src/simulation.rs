@@ -51,6 +51,13 @@ pub struct Counts {
     pub ball_ball: u64,
     /// Impacts with a plane or a mesh.
     pub ball_plane: u64,
+    /// Impacts of bodies that turn at a time that is certain up to rounding.
+    pub transversal: u64,
+    /// Impacts of bodies that turn that come within δ so slowly, or so near a corner or edge, that a touch cannot be told from a
+    /// miss by less than δ.
+    pub within_tolerance: u64,
+    /// Searches for impacts of bodies that turn that were cut off, and went on at the time up to which they were certain.
+    pub continued: u64,
     /// Contacts that turned out not to approach by the rounding of a grazing root.
     pub grazes: u64,
     /// Passages from cell to cell, or out of the sphere of a list.
@@ -433,10 +440,11 @@ impl Simulation {
             table.push(&impact);
             if self.world.turning.is_some() {
                 let (world, now) = (&self.world, impact.time);
-                table.push_turns([impact.a, impact.b].map(|id| match world.row_of(id) {
+                let turns = [impact.a, impact.b].map(|id| match world.row_of(id) {
                     Some(row) => (world.orientation(row, now), world.angular_velocity(row, now)),
                     None => ([1.0, 0.0, 0.0, 0.0], DVec3::ZERO),
-                }));
+                });
+                table.push_turns(impact.certificate, turns);
             }
         }
         if self.watched {
@@ -514,7 +522,7 @@ impl Simulation {
         self.counts.layouts += 1;
         self.world.arrange(now);
         self.nearby = Nearby::lay_out(&self.world, now, self.width);
-        self.predictor = Predictor::new(&self.world, &self.nearby, self.width);
+        self.predictor = self.predictor.anew(&self.world, &self.nearby);
         self.instant.clear();
         for ball in 0..self.world.len() {
             self.predict(ball, now);

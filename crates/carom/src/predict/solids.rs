@@ -3,9 +3,10 @@
 use glam::DVec3;
 
 use super::Periods;
+use super::cut_off::{CutOffs, Foreseen, Pair};
 use super::turning::motion::Body;
 use super::turning::solid::Solid;
-use super::turning::{Memory, first_impact, gap};
+use super::turning::{Memory, Search, first_impact, gap};
 use crate::rotation::Rotation;
 use crate::time::Time;
 use crate::world::World;
@@ -89,51 +90,63 @@ pub(crate) fn plane_at(world: &World, row: usize, time: Time) -> Option<Body<'_,
     })
 }
 
-/// When two bodies, of which one turns or both, next touch, if that is not after `limit`. From their post-impact states alone:
-/// the present only chooses the periodic image. The first in the order of ids is A.
+/// When two bodies, of which one turns or both, next touch, or are to be looked at again, if that is not after `limit`. From
+/// their post-impact states alone: the present only chooses the periodic image, and takes up again what was cut off. The first
+/// in the order of ids is A.
 pub(super) fn impact_of_bodies(
     world: &World,
     periods: &Periods,
-    ball: usize,
-    other: usize,
-    now: Time,
-    limit: Time,
+    cut_offs: &mut CutOffs,
+    [ball, other]: [usize; 2],
+    [now, limit]: [Time; 2],
     same: f64,
-) -> Time {
+) -> Foreseen {
     let (a, b) = in_order(world, ball, other);
     let start = world.flights[a].start().later(world.flights[b].start());
     let shift = -periods.shift_of(world.position(a, now) - world.position(b, now));
-    let (body_a, body_b) = (Sought::new(world, a, start, shift), Sought::new(world, b, start, DVec3::ZERO));
-    let mut horizon = limit.since(start) + same;
-    let mut found = None;
-    for part_a in body_a.parts() {
-        for part_b in body_b.parts() {
-            let mut memory = Memory::default();
-            let search = first_impact(&body_a.part(part_a), &body_b.part(part_b), horizon, &mut memory);
-            if let Some(impact) = search.impact {
-                horizon = impact.seconds;
-                found = Some(impact.seconds);
-            }
-        }
-    }
-    found.map_or(Time::NEVER, |seconds| world.clock.after(start, seconds))
+    let pair = Pair::of_bodies(world, a, b, shift, start);
+    cut_offs.foresee(world, pair, [now, limit], same, |from, horizon| {
+        let (body_a, body_b) = (Sought::new(world, a, from, shift), Sought::new(world, b, from, DVec3::ZERO));
+        let pairs = body_a.parts().iter().flat_map(|a| body_b.parts().iter().map(move |b| (a, b)));
+        let mut first = Search::clear(horizon);
+        first_of_parts(pairs.map(|(a, b)| (body_a.part(a), body_b.part(b))), &mut first);
+        first
+    })
 }
 
-/// When a body that turns next touches a plane, if that is not after `limit`.
-pub(super) fn impact_with_plane(world: &World, row: usize, plane: usize, limit: Time, same: f64) -> Time {
-    let start = world.flights[row].start();
-    let body = Sought::new(world, row, start, DVec3::ZERO);
-    let Some(half_space) = plane_at(world, plane, start) else { return Time::NEVER };
-    let mut horizon = limit.since(start) + same;
-    let mut found = None;
-    for part in body.parts() {
-        let search = first_impact(&body.part(part), &half_space, horizon, &mut Memory::default());
-        if let Some(impact) = search.impact {
-            horizon = impact.seconds;
-            found = Some(impact.seconds);
+/// When a body that turns next touches a plane, or is to be looked at again, if that is not after `limit`.
+pub(super) fn impact_with_plane(
+    world: &World,
+    cut_offs: &mut CutOffs,
+    row: usize,
+    plane: usize,
+    [now, limit]: [Time; 2],
+    same: f64,
+) -> Foreseen {
+    let pair = Pair::with_prescribed(world, row, world.planes[plane].id, world.flights[row].start());
+    cut_offs.foresee(world, pair, [now, limit], same, |from, horizon| {
+        let body = Sought::new(world, row, from, DVec3::ZERO);
+        let half_space = plane_at(world, plane, from);
+        let pairs = half_space.iter().flat_map(|&plane| body.parts().iter().map(move |part| (part, plane)));
+        let mut first = Search::clear(horizon);
+        first_of_parts(pairs.map(|(part, plane)| (body.part(part), plane)), &mut first);
+        first
+    })
+}
+
+/// Makes the first impact of any of these the `first`, if it comes before; or none, where one of the searches was cut off before.
+pub(super) fn first_of_parts<'a>(
+    pairs: impl Iterator<Item = (Body<'a, Rotation>, Body<'a, Rotation>)>,
+    first: &mut Search,
+) {
+    for (a, b) in pairs {
+        let search = first_impact(&a, &b, first.clear_until, &mut Memory::default());
+        if search.impact.is_some() || search.clear_until < first.clear_until {
+            first.impact = search.impact;
+            first.clear_until = search.impact.map_or(search.clear_until, |impact| impact.seconds);
         }
+        first.steps += search.steps;
     }
-    found.map_or(Time::NEVER, |seconds| world.clock.after(start, seconds))
 }
 
 /// The gap (m) of two bodies at `now`, of which one turns or both; negative if they overlap.

@@ -7,8 +7,9 @@
 
 use glam::DVec3;
 
-use super::solids::Sought;
-use super::turning::{Memory, first_impact, gap, window};
+use super::cut_off::{CutOffs, Foreseen, Pair};
+use super::solids::{Sought, first_of_parts};
+use super::turning::{Search, gap, window};
 use crate::rotation::Rotation;
 use crate::shape::Bounds;
 use crate::time::Time;
@@ -103,51 +104,50 @@ impl<'a> Way<'a> {
     }
 }
 
-/// When a free body next touches a mesh, if that is not after `limit`. The present only chooses where the search begins.
+/// When a free body next touches a mesh, or is to be looked at again, if that is not after `limit`. The present only chooses
+/// where the search begins.
 pub(super) fn impact_with_mesh(
     world: &World,
-    row: usize,
-    mesh: usize,
-    now: Time,
-    limit: Time,
+    cut_offs: &mut CutOffs,
+    [row, mesh]: [usize; 2],
+    [now, limit]: [Time; 2],
     same: f64,
     room: &mut TriangleRoom,
-) -> Time {
-    let start = world.flights[row].start();
-    let body = Sought::new(world, row, start, DVec3::ZERO);
-    let way = Way::of(world, &body, row, &world.meshes[mesh], start);
-    let mut horizon = limit.since(start) + same;
-    let mut found = false;
-    let mut from = now.since(start).max(0.0);
+) -> Foreseen {
+    let pair = Pair::with_prescribed(world, row, world.meshes[mesh].id, world.flights[row].start());
+    cut_offs.foresee(world, pair, [now, limit], same, |start, horizon| {
+        let body = Sought::new(world, row, start, DVec3::ZERO);
+        let way = Way::of(world, &body, row, &world.meshes[mesh], start);
+        first_of_triangles(&way, &body, now.since(start).max(0.0), horizon, room)
+    })
+}
+
+/// The first impact on the way, within `horizon` seconds and not before `from`; or none, where the search of a triangle was cut
+/// off before.
+fn first_of_triangles(way: &Way, body: &Sought, mut from: f64, horizon: f64, room: &mut TriangleRoom) -> Search {
+    let mut first = Search::clear(horizon);
     let mut after = 0.0;
     room.before.clear();
     while let Some((entry, exit)) = way.window(after) {
-        if !(entry < horizon) {
+        if !(entry < first.clear_until) {
             break;
         }
         from = from.max(entry);
-        search_window(&way, &body, (&mut from, exit), &mut horizon, &mut found, room);
-        if way.acceleration == DVec3::ZERO || !(exit < horizon) || exit <= after {
+        search_window(way, body, (&mut from, exit), &mut first, room);
+        if way.acceleration == DVec3::ZERO || !(exit < first.clear_until) || exit <= after {
             break;
         }
         after = exit;
     }
-    if found { world.clock.after(start, horizon) } else { Time::NEVER }
+    first
 }
 
-/// Looks along the way from `from` to `exit` (s); an impact found becomes the horizon.
-fn search_window(
-    way: &Way,
-    body: &Sought,
-    (from, exit): (&mut f64, f64),
-    horizon: &mut f64,
-    found: &mut bool,
-    room: &mut TriangleRoom,
-) {
+/// Looks along the way from `from` to `exit` (s); what is found first ends it.
+fn search_window(way: &Way, body: &Sought, (from, exit): (&mut f64, f64), first: &mut Search, room: &mut TriangleRoom) {
     let shortest = way.reach + way.mesh.triangle_size;
     let mut distance = shortest;
-    while *from <= exit.min(*horizon) {
-        let end = exit.min(*horizon);
+    while *from <= exit.min(first.clear_until) {
+        let end = exit.min(first.clear_until);
         let mut seconds = way.time_of(*from, distance);
         if !end.is_finite() {
             // It stays where it is, seen from the mesh's origin: whatever is as far from there may come by.
@@ -164,10 +164,9 @@ fn search_window(
             if room.before.binary_search(&index).is_ok() {
                 continue;
             }
-            if let Some(seconds) = first_touch(way, body, index, *horizon) {
-                *horizon = seconds;
-                *found = true;
-            }
+            let triangle = way.mesh.triangle(index);
+            let placed = way.mesh.body(&triangle, way.start);
+            first_of_parts(body.parts().iter().map(|part| (body.part(part), placed)), first);
         }
         std::mem::swap(&mut room.near, &mut room.before);
         if !(to > *from) {
@@ -178,18 +177,6 @@ fn search_window(
             distance *= 2.0;
         }
     }
-}
-
-/// Seconds until a body touches one triangle, at most `horizon`.
-fn first_touch(way: &Way, body: &Sought, index: u32, horizon: f64) -> Option<f64> {
-    let triangle = way.mesh.triangle(index);
-    let placed = way.mesh.body(&triangle, way.start);
-    let mut first = None;
-    for part in body.parts() {
-        let search = first_impact(&body.part(part), &placed, first.unwrap_or(horizon), &mut Memory::default());
-        first = search.impact.map(|impact| impact.seconds).or(first);
-    }
-    first
 }
 
 /// Calls `visit` with each triangle near a body as it is at `now`.

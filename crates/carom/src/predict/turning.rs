@@ -9,6 +9,7 @@
 //! ([`contact`]). Bodies that touch and part are followed until the bound shows them to have left.
 
 pub mod bound;
+pub mod climb;
 pub mod contact;
 mod depth;
 pub mod distance;
@@ -24,17 +25,8 @@ use self::contact::{Contact, Feature};
 use self::distance::{Pair, Separation};
 use self::motion::{Body, Pose, Turning};
 use self::window::Window;
+pub use crate::event::Certificate;
 use crate::tolerance;
-
-/// How an impact was certified.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Certificate {
-    /// The bodies cross the contact so fast that the time is certain up to rounding.
-    Transversal,
-    /// They come within δ, but so slowly, or with a corner so near a corner or edge, that a touch cannot be told from a miss by
-    /// less than δ. The time is when they are within δ.
-    WithinTolerance,
-}
 
 /// The first impact of two bodies.
 #[derive(Clone, Copy, Debug)]
@@ -61,6 +53,13 @@ pub struct Search {
     pub clear_until: f64,
     /// Steps taken, each at an instant of its own.
     pub steps: u32,
+}
+
+impl Search {
+    /// Nothing found within `horizon` seconds.
+    pub fn clear(horizon: f64) -> Self {
+        Self { impact: None, clear_until: horizon, steps: 0 }
+    }
 }
 
 /// The separating direction last known of a pair, to start the next search from.
@@ -106,7 +105,7 @@ pub fn first_impact<R: Turning>(a: &Body<R>, b: &Body<R>, horizon: f64, memory: 
         return search;
     }
     let flight = RelativeFlight::of(a, b);
-    let mut search = Search { impact: None, clear_until: horizon, steps: 0 };
+    let mut search = Search::clear(horizon);
     let mut after = 0.0;
     while let Some((entry, exit)) = flight.window(after) {
         if !(entry < horizon) {

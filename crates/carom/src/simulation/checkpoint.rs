@@ -12,7 +12,7 @@ use crate::predict::lanes::Width;
 use crate::time::Time;
 use crate::world::{Partner, World};
 
-const MAGIC: u64 = u64::from_le_bytes(*b"CAROM\0\0\x01");
+const MAGIC: u64 = u64::from_le_bytes(*b"CAROM\0\0\x02");
 
 struct Reader<'a>(&'a [u8]);
 
@@ -79,9 +79,17 @@ impl Simulation {
         out.u64(u64::from(in_instant));
         out.time(if in_instant { self.instant_end } else { self.now });
         let counts = &self.counts;
-        for count in
-            [counts.ball_ball, counts.ball_plane, counts.grazes, counts.crossings, counts.stale, counts.layouts]
-        {
+        for count in [
+            counts.ball_ball,
+            counts.ball_plane,
+            counts.transversal,
+            counts.within_tolerance,
+            counts.continued,
+            counts.grazes,
+            counts.crossings,
+            counts.stale,
+            counts.layouts,
+        ] {
             out.u64(count);
         }
         let ledger = &self.ledger;
@@ -149,6 +157,9 @@ impl Simulation {
         let counts = Counts {
             ball_ball: input.u64()?,
             ball_plane: input.u64()?,
+            transversal: input.u64()?,
+            within_tolerance: input.u64()?,
+            continued: input.u64()?,
             grazes: input.u64()?,
             crossings: input.u64()?,
             stale: input.u64()?,

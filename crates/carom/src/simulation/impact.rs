@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::Simulation;
 use crate::error::{Cause, CollapseError};
-use crate::event::Kind;
+use crate::event::{Certificate, Kind};
 use crate::flight::Flight;
 use crate::ledger::gravity_moment;
 use crate::record::Impact;
@@ -40,10 +40,24 @@ impl Simulation {
                 self.resolve_balls(a, b, now)?;
             }
             (None, Some(plane)) => self.resolve_ball_and_plane(ball, plane, now)?,
-            (None, None) => self.resolve_turning(ball, partner, now)?,
+            (None, None) if partner.as_mesh().is_some() => self.resolve_turning(ball, partner, now)?,
+            (None, None) => self.search_on(ball, now)?,
         }
         self.now = now;
         Ok(())
+    }
+
+    /// A search that was cut off goes on from here.
+    #[cold]
+    pub(super) fn search_on(&mut self, ball: usize, now: Time) -> Result<(), CollapseError> {
+        self.counts.continued += 1;
+        match self.predictor.stuck(&self.world, ball) {
+            Some((a, b)) => {
+                let bodies = vec![a.min(b), a.max(b)];
+                Err(CollapseError { bodies, time: now.to_pair().0, cause: Cause::Search })
+            }
+            None => Ok(()),
+        }
     }
 
     #[inline]
@@ -331,6 +345,7 @@ fn recorded(
         b,
         kind,
         point,
+        certificate: Certificate::ClosedForm,
         normal: contact.normal,
         approach_speed: contact.approach_speed,
         separation_speed: (outcome.velocity_a - outcome.velocity_b).dot(contact.normal),
@@ -340,5 +355,45 @@ fn recorded(
         velocities: [contact.velocity_a, contact.velocity_b, outcome.velocity_a, outcome.velocity_b],
         positions,
         masses: [contact.mass_a, contact.mass_b],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::predict::turning::Search;
+    use crate::scene::{Balls, Scene};
+
+    /// Spins that the clock was made for always leave it a step; a search that is cut off at its start stands for what does not.
+    #[test]
+    fn a_search_that_time_cannot_bring_on_ends_the_run_with_an_error_and_leaves_the_state() {
+        let position = |id: i64| DVec3::new(3.0 * id as f64, 0.0, 0.0);
+        let balls = Balls {
+            ids: vec![1, 2],
+            positions: vec![position(1), position(2)],
+            velocities: vec![DVec3::ZERO; 2],
+            angular_velocities: vec![DVec3::ZERO; 2],
+            radii: vec![1.0; 2],
+            masses: vec![1.0; 2],
+            materials: vec![0; 2],
+            fixed: vec![false; 2],
+            inertias: vec![0.4; 2],
+            orientations: vec![[1.0, 0.0, 0.0, 0.0]; 2],
+        };
+        let scene = Scene { balls, ..Scene::default() };
+        let mut simulation = Simulation::new(scene.build().expect("a scene").0, false);
+        let (now, rows) = (simulation.now, [1, 2].map(|id| simulation.world.row_of(id).expect("a ball")));
+        let nowhere = |_: Time, _: f64| Search { impact: None, clear_until: 0.0, steps: 1 };
+        let again = simulation.predictor.foresee_pair(&simulation.world, rows, [now, Time::NEVER], nowhere);
+        assert_eq!(again, now);
+        let error = simulation.resolve(rows[0], Partner::NONE, now).expect_err("nothing can be told");
+        assert_eq!((error.bodies.as_slice(), error.cause), ([1, 2].as_slice(), Cause::Search));
+        assert!(error.to_string().starts_with("bodies 1 and 2 at t = 0 s: they turn so fast"), "{error}");
+        assert_eq!(rows.map(|row| simulation.world.position(row, now)), [1, 2].map(position));
+        // One that is brought on is none.
+        let onward = |_: Time, _: f64| Search { impact: None, clear_until: 0.5, steps: 1 };
+        let again = simulation.predictor.foresee_pair(&simulation.world, rows, [now, Time::NEVER], onward);
+        assert_eq!(again.since(now), 0.5);
+        assert_eq!(simulation.resolve(rows[0], Partner::NONE, now), Ok(()));
     }
 }

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 
 use super::Simulation;
 use crate::error::{Cause, CollapseError};
-use crate::event::{Form, Kind};
+use crate::event::{Certificate, Form, Kind};
 use crate::predict::solids::{Sought, in_order, plane_at};
 use crate::predict::surroundings::each_near;
 use crate::predict::turning::contact::{Contact, Feature};
@@ -55,7 +55,7 @@ impl Simulation {
                 ([self.side(ball, now), self.side_of_plane(plane, now)], contact)
             }
             (None, None) => {
-                let Some(mesh) = partner.as_mesh() else { return Ok(()) };
+                let Some(mesh) = partner.as_mesh() else { return self.search_on(ball, now) };
                 let Some(contact) = self.contact_with_mesh(ball, mesh, now) else { return Ok(()) };
                 ([self.side(ball, now), self.side_of_mesh(mesh, now)], contact)
             }
@@ -91,8 +91,14 @@ impl Simulation {
             Some(_) => self.counts.ball_ball += 1,
             None => self.counts.ball_plane += 1,
         }
+        let certificate = self.predictor.certificate(ball);
+        match certificate {
+            Certificate::WithinTolerance => self.counts.within_tolerance += 1,
+            _ => self.counts.transversal += 1,
+        }
         if self.is_recorded() {
-            let impact = recorded(&sides, &contact, &outcome, restitution, now, self.kind(&sides, &contact));
+            let how = (self.kind(&sides, &contact), certificate);
+            let impact = recorded(&sides, &contact, &outcome, restitution, now, how);
             // The lower id is A.
             self.record(if impact.a < impact.b { impact } else { impact.from_the_other_side() });
         }
@@ -320,7 +326,7 @@ fn recorded(
     outcome: &TurningOutcome,
     restitution: f64,
     time: Time,
-    kind: Kind,
+    (kind, certificate): (Kind, Certificate),
 ) -> Impact {
     let point = sides[0].position + outcome.centre.a;
     // B's centre in the image that A touched; of a plane or a mesh, the point touched.
@@ -331,6 +337,7 @@ fn recorded(
         b: sides[1].id,
         kind,
         point,
+        certificate,
         normal: contact.normal,
         approach_speed: outcome.approach_speed,
         separation_speed: outcome.separation_speed,

@@ -377,7 +377,7 @@ pub fn check(couple: &Couple, horizon: f64, touching: bool, memory: &mut Memory)
     verdict.invented = usize::from(far || !(approach > 0.0));
     match impact.certificate {
         Certificate::WithinTolerance => verdict.within = 1,
-        Certificate::Transversal => {
+        Certificate::ClosedForm | Certificate::Transversal => {
             verdict.transversal = 1;
             // What touches from the start has crossed nothing.
             if touching && impact.seconds < 1e-5 {

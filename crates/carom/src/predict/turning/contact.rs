@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::bound::{Motion, turning_of_normal};
 use super::distance::{Pair, Separation};
 use super::motion::Pose;
-use super::solid::{Core, Solid};
+use super::solid::{Core, Corners, Solid};
 
 /// The part of a surface that is in contact. Indices are those of the shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -171,11 +171,18 @@ fn outline(solid: &Solid, direction: DVec3, tolerance: f64, place: &dyn Fn(DVec3
             };
             corners.iter().for_each(|&corner| result.push(place(corner)));
         }
-        Core::Polyhedron(_, polyhedron) => {
+        Core::Polyhedron(corners, polyhedron) => {
             let corner = |k: u32| polyhedron.vertices[k as usize];
             let least = support.point.dot(direction) - tolerance;
             let tied = |k: u32| corner(k).dot(direction) >= least;
-            let face = polyhedron.faces.iter().position(|face| face.vertices.iter().all(|&k| tied(k)));
+            let near = match corners {
+                Corners::Many(climb) => climb.tied(support.index, tied),
+                _ => None,
+            };
+            let face = match &near {
+                Some(near) => near.face(polyhedron),
+                None => polyhedron.faces.iter().position(|face| face.vertices.iter().all(|&k| tied(k))),
+            };
             if let Some(face) = face {
                 result.feature = Feature::Face(face as u32);
                 let loop_of = &polyhedron.faces[face].vertices;
@@ -184,7 +191,11 @@ fn outline(solid: &Solid, direction: DVec3, tolerance: f64, place: &dyn Fn(DVec3
                 }
                 return result;
             }
-            match polyhedron.edges.iter().position(|edge| edge.vertices.iter().all(|&k| tied(k))) {
+            let edge = match &near {
+                Some(near) => near.edge(polyhedron),
+                None => polyhedron.edges.iter().position(|edge| edge.vertices.iter().all(|&k| tied(k))),
+            };
+            match edge {
                 Some(edge) => {
                     result.feature = Feature::Edge(edge as u32);
                     for k in polyhedron.edges[edge].vertices {

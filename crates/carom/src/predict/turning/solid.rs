@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
+use super::climb::{Climb, FEW_CORNERS};
 use crate::shape::{Fold, Part, Polyhedron, Shape, TriangleMesh};
 
 /// Corners of a polyhedron, laid out for the search of the farthest.
@@ -13,6 +14,8 @@ pub enum Corners {
     Box([u32; 8]),
     /// Any, by coordinate, filled up with copies of the first to whole fours.
     Any(Vec<[[f64; LANES]; 3]>),
+    /// Many.
+    Many(Box<Climb>),
 }
 
 /// Corners that are looked at together.
@@ -20,7 +23,11 @@ const LANES: usize = 4;
 
 impl Corners {
     /// Of a polyhedron, in its order.
-    pub fn new(points: &[DVec3]) -> Self {
+    pub fn new(polyhedron: &Polyhedron) -> Self {
+        let points = &polyhedron.vertices[..];
+        if points.len() > FEW_CORNERS {
+            return Self::Many(Box::new(Climb::new(polyhedron)));
+        }
         if let Some(indices) = box_corners(points) {
             return Self::Box(indices);
         }
@@ -39,6 +46,7 @@ impl Corners {
                 indices[bit(direction.x) | bit(direction.y) << 1 | bit(direction.z) << 2]
             }
             Self::Any(rows) => farthest_of(rows, direction),
+            Self::Many(climb) => climb.farthest(direction),
         }
     }
 }
@@ -218,7 +226,7 @@ impl Solid {
                 Self { core: Core::Segment(*half_length), rounding: *radius, core_reach: *half_length }
             }
             Shape::Polyhedron(polyhedron) => Self {
-                core: Core::Polyhedron(Corners::new(&polyhedron.vertices), polyhedron.clone()),
+                core: Core::Polyhedron(Corners::new(polyhedron), polyhedron.clone()),
                 rounding: 0.0,
                 core_reach: polyhedron.radius,
             },
