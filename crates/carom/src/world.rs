@@ -10,6 +10,7 @@ pub mod turning;
 use glam::DVec3;
 
 use crate::flight::Flight;
+use crate::scene::Simultaneous;
 use crate::time::{Clock, Time};
 
 use self::turning::{TurningBodies, TurningBody};
@@ -221,6 +222,8 @@ pub struct World {
     pub spin: Option<Spin>,
     /// The bodies that turn, if there are any. Their `radii` are those of the spheres around them.
     pub turning: Option<TurningBodies>,
+    /// What is done where several pairs touch at one instant.
+    pub simultaneous: Simultaneous,
     /// While balls are placed: all radii grow.
     pub growth: Option<Growth>,
 }

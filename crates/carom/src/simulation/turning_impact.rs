@@ -19,21 +19,21 @@ use crate::world::Partner;
 
 /// One side of the contact, as it arrives.
 #[derive(Clone, Copy)]
-struct Side {
+pub(super) struct Side {
     /// Its row; `None` of a plane.
-    row: Option<usize>,
-    id: i64,
-    material: u32,
-    mass: f64,
+    pub row: Option<usize>,
+    pub id: i64,
+    pub material: u32,
+    pub mass: f64,
     /// Centre (m), in the image where its flight began; of a plane a point of it.
-    position: DVec3,
-    twist: Twist,
-    orientation: DQuat,
-    mobility: Mobility,
+    pub position: DVec3,
+    pub twist: Twist,
+    pub orientation: DQuat,
+    pub mobility: Mobility,
 }
 
 impl Side {
-    fn is_free(&self) -> bool {
+    pub(super) fn is_free(&self) -> bool {
         self.mass.is_finite()
     }
 }
@@ -101,7 +101,7 @@ impl Simulation {
         Ok(())
     }
 
-    fn side(&self, row: usize, now: Time) -> Side {
+    pub(super) fn side(&self, row: usize, now: Time) -> Side {
         let world = &self.world;
         let flight = &world.flights[row];
         let seconds = now.since(flight.start());
@@ -126,7 +126,7 @@ impl Simulation {
         }
     }
 
-    fn side_of_plane(&self, row: usize, now: Time) -> Side {
+    pub(super) fn side_of_plane(&self, row: usize, now: Time) -> Side {
         let plane = &self.world.planes[row];
         Side {
             row: None,
@@ -140,7 +140,7 @@ impl Simulation {
         }
     }
 
-    fn contact_of_bodies(&self, a: usize, b: usize, now: Time) -> Contact {
+    pub(super) fn contact_of_bodies(&self, a: usize, b: usize, now: Time) -> Contact {
         let world = &self.world;
         let shift = -self.predictor.periods().shift_of(world.position(a, now) - world.position(b, now));
         let (body_a, body_b) = (Sought::new(world, a, now, shift), Sought::new(world, b, now, DVec3::ZERO));
@@ -151,13 +151,13 @@ impl Simulation {
         contact_of_parts(pairs.map(|(a, b)| (body_a.part(a), body_b.part(b)))).expect("a body has a part")
     }
 
-    fn contact_with_plane(&self, row: usize, plane: usize, now: Time) -> Option<Contact> {
+    pub(super) fn contact_with_plane(&self, row: usize, plane: usize, now: Time) -> Option<Contact> {
         let body = Sought::new(&self.world, row, now, DVec3::ZERO);
         let half_space = plane_at(&self.world, plane, now)?;
         contact_of_parts(body.parts().iter().map(|part| (body.part(part), half_space)))
     }
 
-    fn partner_of(&self, side: &Side) -> Partner {
+    pub(super) fn partner_of(&self, side: &Side) -> Partner {
         match side.row {
             Some(row) => Partner::ball(row as u32),
             None => {
@@ -222,7 +222,7 @@ impl Simulation {
         Ok(())
     }
 
-    fn settle_turning(&mut self, side: &Side, partner: Partner, twist: Twist, now: Time) {
+    pub(super) fn settle_turning(&mut self, side: &Side, partner: Partner, twist: Twist, now: Time) {
         let Some(row) = side.row.filter(|_| side.is_free()) else { return };
         self.settle(row, partner, side.position, twist.velocity, now);
         if let Some(body) = self.world.turning.as_mut().and_then(|turning| turning.at_mut(row)) {
@@ -262,7 +262,7 @@ impl Simulation {
         }
     }
 
-    fn kind(&self, sides: &[Side; 2], contact: &Contact) -> Kind {
+    pub(super) fn kind(&self, sides: &[Side; 2], contact: &Contact) -> Kind {
         let form = |k: usize| match (sides[k].row, contact.features[k]) {
             (None, _) => Form::Plane,
             (Some(row), _) if self.world.turning_body(row).is_none() => Form::Ball,
