@@ -528,7 +528,7 @@ impl Engine {
     /// The names of the rules used.
     fn rules<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let entries = PyDict::new(py);
-        for (name, rule) in Scene::rules() {
+        for (name, rule) in Scene::rules(self.world().simultaneous) {
             entries.set_item(name, rule)?;
         }
         Ok(entries)

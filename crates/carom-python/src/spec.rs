@@ -4,7 +4,9 @@
 use std::sync::Arc;
 
 use carom::DVec3;
-use carom::scene::{Balls, Fill, MeshBody, Placement, PlaneBody, RadiusDistribution, Scene, SolidBody, SolidFill};
+use carom::scene::{
+    Balls, Fill, MeshBody, Placement, PlaneBody, RadiusDistribution, Scene, Simultaneous, SolidBody, SolidFill,
+};
 use carom::shape::BodyGeometry;
 use carom::world::{Boundary, Domain};
 use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
@@ -126,6 +128,7 @@ impl Spec {
             fills: fills.iter().map(fill).collect::<PyResult<_>>()?,
             solid_fills: solid_fills.iter().map(|value| solid_fill(value, &geometries)).collect::<PyResult<_>>()?,
             shrink_overlaps: entries.find("shrink_overlaps")?,
+            simultaneous: simultaneous(&entries)?,
         };
         Ok(Self {
             scene,
@@ -133,6 +136,17 @@ impl Spec {
             record: entries.find("record_impacts")?.unwrap_or(true),
             geometries: entries.find("geometries")?.unwrap_or_default(),
         })
+    }
+}
+
+fn simultaneous(entries: &Entries) -> PyResult<Simultaneous> {
+    match entries.find::<String>("simultaneous")?.as_deref() {
+        None | Some("pairwise") => Ok(Simultaneous::Pairwise),
+        Some("reflections") => Ok(Simultaneous::Reflections),
+        Some(other) => {
+            let error = PyValueError::new_err(format!("{other:?} must be \"pairwise\" or \"reflections\""));
+            Err(entries.wrong("simultaneous", &error))
+        }
     }
 }
 

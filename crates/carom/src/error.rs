@@ -88,6 +88,8 @@ pub enum Cause {
     Accumulation,
     /// Impacts follow each other faster than the clock can tell.
     Resolution,
+    /// Contacts of several pairs at one instant are reflected again and again.
+    Reflections,
     /// Whether and when bodies that turn meet cannot be told in steps of time that the clock can tell.
     Search,
 }
@@ -113,6 +115,7 @@ impl CollapseError {
             Cause::Accumulation => {
                 "impacts that lose energy accumulate (inelastic collapse): infinitely many of them in a finite time"
             }
+            Cause::Reflections => "the reflections of all that touch at this instant do not come to an end",
             Cause::Search => {
                 "they turn so fast, and so near each other, that the search for their next impact cannot go on by as much \
                  time as the clock can resolve"
@@ -128,6 +131,9 @@ impl CollapseError {
         match self.cause {
             Cause::Resting => {
                 "end the run before this time (duration), start the bodies apart or moving, or leave out gravity"
+            }
+            Cause::Reflections => {
+                "leave gaps between the bodies, or resolve them pair by pair (simultaneous = \"pairwise\")"
             }
             Cause::Search => {
                 "end the run before this time (duration), or start the bodies apart or turning more slowly"

@@ -21,6 +21,7 @@ use self::row::{Search, Soonest};
 use self::seeker::Seeker;
 use self::surroundings::{TriangleRoom, impact_with_mesh};
 use crate::event::{Certificate, Kind, PairKind, Rank};
+use crate::scene::Simultaneous;
 use crate::time::Time;
 use crate::tolerance::{self, SAME_INSTANT};
 use crate::world::cells::Face;
@@ -86,7 +87,8 @@ pub fn ball_plane_impact(world: &World, ball: usize, row: usize) -> Time {
         Some(0.0)
             if !in_contact
                 && world.gravity == DVec3::ZERO
-                && world.restitution.of(world.bodies[ball].material, plane.material) == 0.0 =>
+                && (world.restitution.of(world.bodies[ball].material, plane.material) == 0.0
+                    || world.simultaneous == Simultaneous::Reflections) =>
         {
             let speeds = flight.velocity().length() + plane.velocity.length();
             let largest = flight.position().abs().max_element().max(radius).max(plane.offset.abs());

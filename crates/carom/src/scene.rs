@@ -91,6 +91,16 @@ impl Balls {
     }
 }
 
+/// What is done where several pairs touch at one instant. Several points of one pair are always resolved by reflections.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Simultaneous {
+    /// Pair by pair, in the order of events, until none approaches.
+    #[default]
+    Pairwise,
+    /// All together, by [`crate::resolve::reflections`].
+    Reflections,
+}
+
 /// A body that turns.
 #[derive(Clone, Debug)]
 pub struct SolidBody {
@@ -186,6 +196,8 @@ pub struct Scene {
     pub solid_fills: Vec<SolidFill>,
     /// Overlaps up to this depth (m) are removed by shrinking all balls by one factor; `None`: every overlap is an error.
     pub shrink_overlaps: Option<f64>,
+    /// What is done where several pairs touch at one instant.
+    pub simultaneous: Simultaneous,
 }
 
 impl Default for Scene {
@@ -207,6 +219,7 @@ impl Default for Scene {
             fills: Vec::new(),
             solid_fills: Vec::new(),
             shrink_overlaps: None,
+            simultaneous: Simultaneous::default(),
         }
     }
 }
@@ -337,6 +350,7 @@ impl Scene {
             meshes,
             spin,
             growth: None,
+            simultaneous: self.simultaneous,
         };
         for ball in 0..world.len() {
             if !world.is_fixed(ball) {
@@ -382,12 +396,17 @@ impl Scene {
     }
 
     /// The names of the rules by which the notes' and this program's choices are made, for every output.
-    pub fn rules() -> [(&'static str, &'static str); 3] {
+    pub fn rules(simultaneous: Simultaneous) -> [(&'static str, &'static str); 3] {
+        let several_pairs = match simultaneous {
+            Simultaneous::Pairwise => {
+                "pairwise: contacts of one instant are resolved pair by pair in the order of kind and ids, again until none approaches; several contacts of one pair together, by reflections"
+            }
+            Simultaneous::Reflections => {
+                "reflections: all contacts of bodies that touch at one instant, of one pair or several, are resolved together, by reflections, until none approaches"
+            }
+        };
         [
-            (
-                "simultaneous",
-                "pairwise: contacts of one instant are resolved pair by pair in the order of kind and ids, again until none approaches; several contacts of one pair together, by reflections",
-            ),
+            ("simultaneous", several_pairs),
             (
                 "collapse",
                 "stop: a run whose lossy impacts accumulate, or whose bodies come to rest on each other, ends with an error",

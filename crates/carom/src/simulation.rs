@@ -3,10 +3,11 @@
 mod checkpoint;
 mod guard;
 mod impact;
+mod together;
 mod turning_impact;
 
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BinaryHeap, VecDeque};
 
 use glam::DVec3;
 use prefetch_index::prefetch_index;
@@ -19,6 +20,7 @@ use crate::predict::turning::patch::Patch;
 use crate::predict::{self, First, Predictor};
 use crate::queue::{Entry, Mark, Queue};
 use crate::record::{Impact, ImpactTable};
+use crate::scene::Simultaneous;
 use crate::time::Time;
 use crate::tolerance::SAME_INSTANT;
 use crate::world::cells::Face;
@@ -109,6 +111,8 @@ pub struct Simulation {
     /// Impacts are wanted one by one, recorded or not.
     watched: bool,
     last_impact: Option<Impact>,
+    /// Impacts of one instant that were resolved together, and not yet told one by one.
+    untold: VecDeque<Impact>,
 }
 
 impl Simulation {
@@ -153,6 +157,7 @@ impl Simulation {
             triangles_near: Vec::new(),
             watched: false,
             last_impact: None,
+            untold: VecDeque::new(),
         };
         simulation.predict_all();
         simulation
@@ -165,6 +170,15 @@ impl Simulation {
     /// [`CollapseError`] if impacts that lose energy accumulate or a body comes to rest; the simulation then stands at the
     /// last valid event and can be looked at.
     pub fn run(&mut self, until: Time, impacts: u64, events: u64) -> Result<Stop, CollapseError> {
+        self.untold.clear();
+        match self.world.simultaneous {
+            Simultaneous::Pairwise => self.run_by::<false>(until, impacts, events),
+            Simultaneous::Reflections => self.run_by::<true>(until, impacts, events),
+        }
+    }
+
+    /// `TOGETHER`: whether whoever touches at one instant is resolved together.
+    fn run_by<const TOGETHER: bool>(&mut self, until: Time, impacts: u64, events: u64) -> Result<Stop, CollapseError> {
         let last_impact = self.counts.impacts().saturating_add(impacts);
         for _ in 0..events {
             if self.counts.impacts() >= last_impact {
@@ -183,7 +197,11 @@ impl Simulation {
                     self.predict(ball, self.now.later(time));
                 }
                 Event::Impact { ball, partner, time } => {
-                    let resolved = self.resolve(ball, partner, time);
+                    let resolved = if TOGETHER {
+                        self.resolve_together(ball, partner, time)
+                    } else {
+                        self.resolve(ball, partner, time)
+                    };
                     // Even where the law refuses: the contact is still there, and must be found again.
                     match partner.as_ball() {
                         Some(other) => self.predict_both(ball, other, self.now),
@@ -210,6 +228,9 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::run`].
     pub fn step_within(&mut self, until: Time, events: u64) -> Result<(Stop, Option<Impact>), CollapseError> {
+        if let Some(impact) = self.untold.pop_front() {
+            return Ok((Stop::Impacts, Some(impact)));
+        }
         self.watched = true;
         let stop = self.run(until, 1, events);
         self.watched = false;
@@ -433,6 +454,17 @@ impl Simulation {
     #[inline(always)]
     fn is_recorded(&self) -> bool {
         self.watched || self.recorded.is_some()
+    }
+
+    /// Of several impacts of one instant, told one after the other.
+    fn record_one_of_several(&mut self, impact: Impact) {
+        let told = self.last_impact.take();
+        self.record(impact);
+        if let Some(told) = told
+            && let Some(impact) = self.last_impact.replace(told)
+        {
+            self.untold.push_back(impact);
+        }
     }
 
     fn record(&mut self, impact: Impact) {

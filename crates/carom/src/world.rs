@@ -11,6 +11,7 @@ pub mod turning;
 use glam::DVec3;
 
 use crate::flight::Flight;
+use crate::scene::Simultaneous;
 use crate::time::{Clock, Time};
 
 use self::surroundings::Surroundings;
@@ -239,6 +240,8 @@ pub struct World {
     /// The bodies that turn, if there are any, or meshes that they or balls may meet. Their `radii` are those of the spheres
     /// around them.
     pub turning: Option<TurningBodies>,
+    /// What is done where several pairs touch at one instant.
+    pub simultaneous: Simultaneous,
     /// While balls are placed: all radii grow.
     pub growth: Option<Growth>,
 }

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::row::Soonest;
 use super::{First, Predictor, ball_ball, ball_ball_accelerated, for_planes, rank};
 use crate::flight::Flight;
+use crate::scene::Simultaneous;
 use crate::time::Time;
 use crate::tolerance;
 use crate::world::nearby::PlaneSet;
@@ -206,7 +207,8 @@ impl Seeker<'_> {
         let world = self.world;
         let theirs = &world.flights[other];
         let speeds = self.flight().velocity().length() + theirs.velocity().length();
-        if world.restitution.of(world.bodies[self.ball].material, world.bodies[other].material) > 0.0
+        let bounces = world.restitution.of(world.bodies[self.ball].material, world.bodies[other].material) > 0.0;
+        if (bounces && world.simultaneous == Simultaneous::Pairwise)
             || -r.dot(v) / r.length() > tolerance::RESTING * speeds
         {
             return Some(0.0);

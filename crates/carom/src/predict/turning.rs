@@ -293,7 +293,9 @@ fn walk<R: Turning>(
         } else {
             let contact = Contact::of(&pair, &motion, &separation, close);
             let size = a.solid.reach().max(b.solid.reach());
-            let speeds = motion.velocity.length() + flight.fastest[0] * size + flight.fastest[1] * size;
+            // Of each by itself: of bodies that fly side by side, what is left between them is rounding of both.
+            let speed = |body: &Body<R>| (body.velocity + body.acceleration * seconds).length();
+            let speeds = speed(a) + speed(b) + flight.fastest[0] * size + flight.fastest[1] * size;
             if contact.approach_speed() > tolerance::RESTING * speeds {
                 search.impact = Some(impact(&pair, flight, &motion, &contact, separation.gap, seconds, close));
                 search.clear_until = seconds;

@@ -55,13 +55,13 @@ impl Mobility {
     }
 
     #[inline(always)]
-    fn inverse_mass(&self) -> f64 {
+    pub(super) fn inverse_mass(&self) -> f64 {
         if self.is_free() { 1.0 / self.mass } else { 0.0 }
     }
 
     /// Δω (rad/s) by the moment of an impulse (N m s).
     #[inline(always)]
-    fn turn(&self, moment: DVec3) -> DVec3 {
+    pub(super) fn turn(&self, moment: DVec3) -> DVec3 {
         self.inverse_inertia * moment
     }
 

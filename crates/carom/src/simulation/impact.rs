@@ -9,6 +9,7 @@ use crate::flight::Flight;
 use crate::ledger::gravity_moment;
 use crate::record::Impact;
 use crate::resolve::newton::{Contact, Outcome};
+use crate::scene::Simultaneous;
 use crate::time::Time;
 use crate::tolerance::touching;
 use crate::world::Partner;
@@ -203,8 +204,10 @@ impl Simulation {
         let place = |ball: usize| self.world.flights[ball].position().abs().max_element();
         let largest = rows.into_iter().flatten().map(place).fold(0.0, f64::max);
         let since = rows.into_iter().flatten().map(|ball| self.since_impact(ball, now)).fold(0.0, f64::max);
-        let spent =
-            contact.restitution > 0.0 && self.guard.is_spent(contact.approach_speed, speeds, since, touching(largest));
+        // Resolved together, what approaches by rounding alone has not bounced so often as to come to that.
+        let spent = contact.restitution > 0.0
+            && self.guard.is_spent(contact.approach_speed, speeds, since, touching(largest))
+            && self.world.simultaneous == Simultaneous::Pairwise;
         let mut many = false;
         for ball in rows.into_iter().flatten() {
             many |= self.guard.accumulates(self.world.bodies[ball].rank as usize, now);

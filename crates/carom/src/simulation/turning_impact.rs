@@ -17,26 +17,26 @@ use crate::world::Partner;
 
 /// One side of the contact, as it arrives.
 #[derive(Clone, Copy)]
-struct Side {
+pub(super) struct Side {
     /// The same as a partner: a body in its row, a plane or a mesh.
-    itself: Partner,
-    id: i64,
-    material: u32,
-    mass: f64,
+    pub itself: Partner,
+    pub id: i64,
+    pub material: u32,
+    pub mass: f64,
     /// Centre (m), in the image where its flight began; of a plane a point of it, of a mesh the origin of its frame.
-    position: DVec3,
-    twist: Twist,
-    orientation: DQuat,
-    mobility: Mobility,
+    pub position: DVec3,
+    pub twist: Twist,
+    pub orientation: DQuat,
+    pub mobility: Mobility,
 }
 
 impl Side {
     /// The row of a body; `None` of a plane or a mesh.
-    fn row(&self) -> Option<usize> {
+    pub(super) fn row(&self) -> Option<usize> {
         self.itself.as_ball()
     }
 
-    fn is_free(&self) -> bool {
+    pub(super) fn is_free(&self) -> bool {
         self.mass.is_finite()
     }
 }
@@ -105,7 +105,7 @@ impl Simulation {
         Ok(())
     }
 
-    fn side(&self, row: usize, now: Time) -> Side {
+    pub(super) fn side(&self, row: usize, now: Time) -> Side {
         let world = &self.world;
         let flight = &world.flights[row];
         let seconds = now.since(flight.start());
@@ -130,7 +130,7 @@ impl Simulation {
         }
     }
 
-    fn side_of_plane(&self, row: usize, now: Time) -> Side {
+    pub(super) fn side_of_plane(&self, row: usize, now: Time) -> Side {
         let plane = &self.world.planes[row];
         Side {
             itself: Partner::plane(row as u32),
@@ -144,7 +144,7 @@ impl Simulation {
         }
     }
 
-    fn side_of_mesh(&self, row: usize, now: Time) -> Side {
+    pub(super) fn side_of_mesh(&self, row: usize, now: Time) -> Side {
         let mesh = &self.world.meshes[row];
         Side {
             itself: Partner::mesh(row as u32),
@@ -158,7 +158,7 @@ impl Simulation {
         }
     }
 
-    fn contact_of_bodies(&mut self, a: usize, b: usize, now: Time) -> Contact {
+    pub(super) fn contact_of_bodies(&mut self, a: usize, b: usize, now: Time) -> Contact {
         let world = &self.world;
         let shift = -self.predictor.periods().shift_of(world.position(a, now) - world.position(b, now));
         let (body_a, body_b) = (Sought::new(world, a, now, shift), Sought::new(world, b, now, DVec3::ZERO));
@@ -172,7 +172,7 @@ impl Simulation {
         self.patch.of_parts().expect("a body has a part")
     }
 
-    fn contact_with_plane(&mut self, row: usize, plane: usize, now: Time) -> Option<Contact> {
+    pub(super) fn contact_with_plane(&mut self, row: usize, plane: usize, now: Time) -> Option<Contact> {
         let body = Sought::new(&self.world, row, now, DVec3::ZERO);
         let half_space = plane_at(&self.world, plane, now)?;
         self.patch.clear();
@@ -180,7 +180,7 @@ impl Simulation {
         self.patch.of_parts()
     }
 
-    fn contact_with_mesh(&mut self, row: usize, mesh: usize, now: Time) -> Option<Contact> {
+    pub(super) fn contact_with_mesh(&mut self, row: usize, mesh: usize, now: Time) -> Option<Contact> {
         let body = Sought::new(&self.world, row, now, DVec3::ZERO);
         let surroundings = &self.world.meshes[mesh];
         let offset = surroundings.position_at(now) - body.position();
@@ -249,7 +249,7 @@ impl Simulation {
         Ok(())
     }
 
-    fn settle_turning(&mut self, side: &Side, partner: Partner, twist: Twist, now: Time) {
+    pub(super) fn settle_turning(&mut self, side: &Side, partner: Partner, twist: Twist, now: Time) {
         let Some(row) = side.row().filter(|_| side.is_free()) else { return };
         self.settle(row, partner, side.position, twist.velocity, now);
         if let Some(body) = self.world.turning.as_mut().and_then(|turning| turning.at_mut(row)) {
@@ -289,7 +289,7 @@ impl Simulation {
         }
     }
 
-    fn kind(&self, sides: &[Side; 2], contact: &Contact) -> Kind {
+    pub(super) fn kind(&self, sides: &[Side; 2], contact: &Contact) -> Kind {
         let form = |k: usize| match sides[k].row() {
             None if sides[k].itself.as_plane().is_some() => Form::Plane,
             Some(row) if self.world.turning_body(row).is_none() => Form::Ball,

@@ -46,6 +46,14 @@ impl Nearby {
         }
     }
 
+    /// The rows of whoever `ball` can meet before either leaves its place, if one of the two turns.
+    pub fn beside(&self, ball: usize) -> &[u32] {
+        match self {
+            Self::Lists(lists) => lists.beside(ball),
+            Self::Cells(_) => &[],
+        }
+    }
+
     /// The planes that `ball` can meet before it leaves its place.
     #[inline(always)]
     pub fn planes(&self, ball: usize) -> PlaneSet {
