@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
     for k in 0..count {
         let at = |step: u64| (k / step % 10) as f64 - 4.5;
-        let position = DVec3::new(at(1), at(10), 8.0 + at(100)) * 0.09;
+        let position = DVec3::new(at(1), at(10), 9.0 + at(100)) * 0.09;
         let velocity = DVec3::new((k as f64).sin(), (2.0 * k as f64).cos(), 0.0) * 0.1;
         scene.balls.push(
             Ball { id: i64::try_from(k)?, position, velocity, radius: 0.02, mass: 1.0, material: 0, fixed: false },

@@ -152,5 +152,8 @@ fn numbers_of_solids_are_checked() {
         angular_velocity: DVec3::ZERO,
         material: 0,
     };
-    assert!(problem(&Scene { meshes: vec![mesh], ..Scene::default() }).contains("not simulated yet"));
+    let around = Scene { meshes: vec![mesh], ..Scene::default() };
+    assert!(around.build().is_ok());
+    let domain = Domain { boundary: [Boundary::Periodic; 3], size: DVec3::ONE };
+    assert!(problem(&Scene { domain, ..around }).contains("no place in a periodic domain"));
 }

@@ -71,13 +71,13 @@ impl Pair<'_> {
     #[inline(always)]
     pub fn first_guess(&self) -> DVec3 {
         match &self.b.solid.core {
-            Core::Triangle(triangle) => self.from_nearest(triangle),
+            Core::Triangle(triangle) => self.beyond_nearest(triangle),
             _ => self.offset,
         }
     }
 
     /// From the point of B, a triangle, that is nearest to A's centre, to that centre (m).
-    fn from_nearest(&self, triangle: &Triangle) -> DVec3 {
+    fn beyond_nearest(&self, triangle: &Triangle) -> DVec3 {
         let [a, b, c] = triangle.corners.map(|corner| self.b.to_world(corner) - self.offset);
         -nearest_of_triangle(a, b, c).1
     }
