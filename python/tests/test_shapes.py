@@ -469,7 +469,7 @@ def test_a_body_across_a_mesh_is_an_overlap():
     scene = Scene.load(SCENES / "funnel.toml").to_dict()
     scene["fill"] = []
     scene["body"].append({"shape": {"kind": "ball", "radius": 0.03}, "mass": 1.0, "position": [0.2, 0.0, 0.29]})
-    with pytest.raises(SceneError, match=r'crosses the surface of mesh 0 "funnel" by 2.58'):
+    with pytest.raises(SceneError, match=r'crosses the surface of mesh 0 "funnel" by 2.577'):
         Scene.from_dict(scene, folder=SCENES).engine()
 
 

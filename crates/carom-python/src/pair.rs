@@ -2,6 +2,7 @@
 
 use carom::DVec3;
 use carom::contact::{self, Body, PairImpact, Shape};
+use carom::event::Certificate;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -57,6 +58,7 @@ fn impact<'py>(py: Python<'py>, found: &PairImpact, a: &Body, b: &Body) -> PyRes
     row.set_item("a", 0)?;
     row.set_item("b", 1)?;
     row.set_item("kind", found.kind.map_or("contact", |kind| kind.name()))?;
+    row.set_item("certificate", found.certificate.map(Certificate::name))?;
     row.set_item("point", found.point.to_array())?;
     row.set_item("normal", found.normal.to_array())?;
     row.set_item("approach_speed", found.approach_speed)?;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::error::{CheckError, Problem};
-use crate::event::Kind;
+use crate::event::{Certificate, Kind};
 use crate::predict::{ShapeKind, ball_ball, ball_plane, kind_of_pair};
 use crate::resolve::newton::Contact;
 use crate::resolve::turning::{Arms, Mobility, TurningContact, Twist};
@@ -88,6 +88,8 @@ pub struct PairImpact {
     pub time: f64,
     /// What kind of surfaces met; `None` where only a contact was given.
     pub kind: Option<Kind>,
+    /// How the time was certified; `None` where only a contact was given.
+    pub certificate: Option<Certificate>,
     /// Where they touch (m); where several points do, their mean, weighted by their impulses.
     pub point: DVec3,
     /// Unit vector from B to A.
@@ -348,6 +350,7 @@ pub fn collide(a: &Body, b: &Body, restitution: f64) -> Result<Option<PairImpact
     Ok(Some(PairImpact {
         time: seconds,
         kind: Some(geometry.kind),
+        certificate: Some(Certificate::ClosedForm),
         point,
         normal,
         approach_speed,
@@ -437,6 +440,7 @@ pub fn resolve(a: &Body, b: &Body, point: DVec3, normal: DVec3, restitution: f64
     Ok(PairImpact {
         time: 0.0,
         kind: kind(a, b),
+        certificate: None,
         point,
         normal,
         approach_speed: outcome.approach_speed,

@@ -6,7 +6,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::{Body, Class, ContactError, PairImpact, PointImpulse, Shape};
 use crate::error::Problem;
-use crate::event::{Form, Kind};
+use crate::event::{Certificate, Form, Kind};
 use crate::flight::Flight;
 use crate::predict::turning::contact::Contact;
 use crate::predict::turning::motion::Body as Moving;
@@ -216,8 +216,8 @@ impl Pair {
         self.touch()?;
         let mut after = 0.0;
         let mut steps = 0;
-        while let Some(seconds) = self.first_contact(after, &mut steps)? {
-            if let Some(impact) = self.impact(seconds, restitution) {
+        while let Some((seconds, certificate)) = self.first_contact(after, &mut steps)? {
+            if let Some(impact) = self.impact(seconds, certificate, restitution) {
                 return Ok(Some(impact));
             }
             // A grazing root whose contact, by rounding, does not approach. From there the search follows how they part.
@@ -229,24 +229,24 @@ impl Pair {
         Ok(None)
     }
 
-    /// Seconds to the first contact with approach that is not before `after` (s).
-    fn first_contact(&self, mut after: f64, steps: &mut u32) -> Result<Option<f64>, ContactError> {
+    /// Seconds to the first contact with approach that is not before `after` (s), and how certain that is.
+    fn first_contact(&self, mut after: f64, steps: &mut u32) -> Result<Option<(f64, Certificate)>, ContactError> {
         loop {
             let most = self.recurrence().map_or(f64::INFINITY, |period| period - after);
             let mut horizon = most;
-            let mut found = false;
+            let mut found = None;
             let mut clear = f64::INFINITY;
             for (a, b) in self.parts_after(after) {
                 let search = first_impact(&a, &b, horizon, &mut Memory::default());
                 *steps = steps.saturating_add(search.steps);
                 if let Some(impact) = search.impact {
-                    (horizon, found) = (impact.seconds, true);
+                    (horizon, found) = (impact.seconds, Some(impact.certificate));
                 } else if search.clear_until < horizon {
                     clear = clear.min(search.clear_until);
                 }
             }
             if clear >= horizon {
-                return Ok(found.then_some(after + horizon));
+                return Ok(found.map(|certificate| (after + horizon, certificate)));
             }
             // Cut off: taken up again where it is.
             let next = after + clear;
@@ -276,7 +276,7 @@ impl Pair {
     }
 
     /// The impact at a contact; nothing if it does not approach.
-    fn impact(&self, seconds: f64, restitution: f64) -> Option<PairImpact> {
+    fn impact(&self, seconds: f64, certificate: Certificate, restitution: f64) -> Option<PairImpact> {
         let members = [&self.a, &self.b];
         let contact = self.contact_after(seconds);
         let arms = arms_of(&contact);
@@ -300,7 +300,8 @@ impl Pair {
                 carried - self.a.energy(orientation_a, &twists[0]) - self.b.energy(orientation_b, &twists[1])
             }));
         }
-        Some(self.told(seconds, &contact, &outcome, restitution))
+        let told = self.told(seconds, &contact, &outcome, restitution);
+        Some(PairImpact { certificate: Some(certificate), ..told })
     }
 
     fn told(&self, seconds: f64, contact: &Contact, outcome: &TurningOutcome, restitution: f64) -> PairImpact {
@@ -315,6 +316,7 @@ impl Pair {
         PairImpact {
             time: seconds,
             kind: Kind::of(form(&self.a, 0), form(&self.b, 1)),
+            certificate: None,
             point,
             normal: contact.normal,
             approach_speed: outcome.approach_speed,
