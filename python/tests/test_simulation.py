@@ -358,3 +358,53 @@ def test_a_collapse_is_told_again_to_whoever_goes_on():
 def test_a_scene_is_needed():
     with pytest.raises(carom.ArgumentError, match=r"Scene\.from_dict"):
         carom.Simulation({"duration": 1.0})  # pyright: ignore[reportArgumentType]
+
+
+def test_impacts_of_bodies_that_turn_say_how_they_were_certified():
+    ball = {"shape": {"kind": "ball", "radius": 0.5}, "mass": 1.0}
+    cube = {"shape": {"kind": "cube", "edge": 1.0}, "mass": 1.0, "angular_velocity": [0.3, 0.2, 0.1]}
+    scene = carom.Scene.from_dict(
+        {
+            "duration": 6.0,
+            "body": [
+                ball | {"position": [-3, 0, 0], "velocity": [1, 0, 0]},
+                ball | {"position": [0, 0, 0]},
+                cube | {"position": [4, 0, 0]},
+            ],
+        }
+    )
+    simulation = carom.Simulation(scene)
+    simulation.run(until=6.0)
+    assert simulation.impacts["certificate"].tolist() == ["closed-form", "transversal"]
+    assert simulation.impacts_arrow().column("certificate").to_pylist() == ["closed-form", "transversal"]
+    counts = simulation.counts
+    assert (counts["impacts"], counts["transversal"], counts["within_tolerance"], counts["continued"]) == (2, 1, 0, 0)
+    impact = carom.Simulation(scene).step()
+    assert impact is not None
+    assert impact.certificate == "closed-form"
+
+
+def test_reflections_keep_symmetry():
+    ball = {"shape": {"kind": "ball", "radius": 1.0}, "mass": 1.0}
+    root = math.sqrt(3.0)
+    fields = {
+        "duration": 2.0,
+        "rules": {"simultaneous": "reflections"},
+        "body": [
+            ball | {"position": [-1, 0, 0], "velocity": [1, 0, 0]},
+            ball | {"position": [root, 1, 0]},
+            ball | {"position": [root, -1, 0]},
+        ],
+    }
+    simulation = carom.Simulation(carom.Scene.from_dict(fields))
+    first, second = simulation.step(), simulation.step()
+    assert first is not None
+    assert second is not None
+    assert (first.time, first.b, second.b) == (second.time, 1, 2)
+    assert simulation.step() is None
+    # Bernoulli's numbers (Smith et al. 2012): the striker comes back at 1/5, the others leave along the normals.
+    expected = [[-0.2, 0, 0], [0.6, 0.2 * root, 0], [0.6, -0.2 * root, 0]]
+    np.testing.assert_allclose(simulation.velocities, expected, rtol=0, atol=2e-15)
+    assert simulation.rules["simultaneous"].startswith("reflections: ")
+    with pytest.raises(carom.SceneError, match='must be "pairwise" or "reflections"; "lcp" and "refuse" will come later'):
+        carom.Scene.from_dict(fields | {"rules": {"simultaneous": "lcp"}})

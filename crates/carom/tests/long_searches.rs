@@ -59,7 +59,7 @@ fn an_impact_beyond_the_steps_of_one_search_is_found() {
 }
 
 /// What a run gives, to the last bit, whatever it was asked on the way.
-fn outcome(simulation: &mut Simulation) -> (u64, Vec<f64>, Vec<f64>, carom::DVec3) {
+fn outcome(simulation: &mut Simulation) -> (u64, Vec<f64>, Vec<f64>, DVec3) {
     let table = simulation.take_impacts();
     let world = simulation.world();
     (simulation.counts().continued, table.time, table.time_low, world.flights[world.row(0)].velocity())

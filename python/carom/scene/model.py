@@ -354,8 +354,8 @@ Radius = Annotated[
 class Rules(Part):
     """What is done where the notes leave a choice; left out: what the notes assume."""
 
-    simultaneous: Annotated[str, _Choice(("pairwise",), ("reflections", "lcp", "refuse"))] = Field(
-        default="pairwise", description="Several contacts at one instant: pair by pair, until none approaches"
+    simultaneous: Annotated[str, _Choice(("pairwise", "reflections"), ("lcp", "refuse"))] = Field(
+        default="pairwise", description="Several pairs at one instant: one by one, or all together by reflections"
     )
     collapse: Annotated[str, _Choice(("stop",), ("rest", "contact-time"))] = Field(
         default="stop", description="Collisions that lose energy accumulate: the run stops"

@@ -182,6 +182,7 @@ def build_spec(fields: SceneFields, imported: Sequence[Imported], shapes: Shapes
         "start_time": fields.time,
         "duration": fields.duration,
         "restitution": fields.restitution,
+        "simultaneous": fields.rules.simultaneous,
         "domain": _domain(domain, fields.dimensions, materials),
         "balls": {name: np.concatenate([table[name] for table in tables]) for name in tables[0]},
         # What bodies are like is listed once; solids and their fills say which of these they have.
