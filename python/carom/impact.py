@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -81,7 +81,9 @@ class Impact:
         """Make an impact from the dict that the native module gives; further entries are left aside."""
         values: dict[str, Any] = {}
         for field in fields(cls):
-            value = row.get(field.name) if field.name in ("points", "impulses", "certificate") else row[field.name]
+            if field.default is not MISSING and field.name not in row:
+                continue
+            value = row[field.name]
             if field.name == "kind":
                 values["kind"] = value if isinstance(value, str) else KINDS[value]
             elif isinstance(value, np.ndarray | list | tuple):
