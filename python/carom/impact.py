@@ -75,7 +75,7 @@ class Impact:
         """Make an impact from the dict that the native module gives; further entries are left aside."""
         values: dict[str, Any] = {}
         for field in fields(cls):
-            value = row.get("certificate") if field.name == "certificate" else row[field.name]
+            value: Any = row.get("certificate") if field.name == "certificate" else row[field.name]
             if field.name == "kind":
                 values["kind"] = value if isinstance(value, str) else KINDS[value]
             elif isinstance(value, np.ndarray | list | tuple):

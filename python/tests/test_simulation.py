@@ -406,5 +406,6 @@ def test_reflections_keep_symmetry():
     expected = [[-0.2, 0, 0], [0.6, 0.2 * root, 0], [0.6, -0.2 * root, 0]]
     np.testing.assert_allclose(simulation.velocities, expected, rtol=0, atol=2e-15)
     assert simulation.rules["simultaneous"].startswith("reflections: ")
-    with pytest.raises(carom.SceneError, match='must be "pairwise" or "reflections"; "lcp" and "refuse" will come later'):
+    reason = 'must be "pairwise" or "reflections"; "lcp" and "refuse" will come later'
+    with pytest.raises(carom.SceneError, match=reason):
         carom.Scene.from_dict(fields | {"rules": {"simultaneous": "lcp"}})
