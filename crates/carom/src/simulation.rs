@@ -20,7 +20,6 @@ use crate::predict::turning::patch::Patch;
 use crate::predict::{self, First, Predictor};
 use crate::queue::{Entry, Mark, Queue};
 use crate::record::{Impact, ImpactTable};
-use crate::scene::Simultaneous;
 use crate::time::Time;
 use crate::tolerance::SAME_INSTANT;
 use crate::world::cells::Face;
@@ -171,14 +170,6 @@ impl Simulation {
     /// last valid event and can be looked at.
     pub fn run(&mut self, until: Time, impacts: u64, events: u64) -> Result<Stop, CollapseError> {
         self.untold.clear();
-        match self.world.simultaneous {
-            Simultaneous::Pairwise => self.run_by::<false>(until, impacts, events),
-            Simultaneous::Reflections => self.run_by::<true>(until, impacts, events),
-        }
-    }
-
-    /// `TOGETHER`: whether whoever touches at one instant is resolved together.
-    fn run_by<const TOGETHER: bool>(&mut self, until: Time, impacts: u64, events: u64) -> Result<Stop, CollapseError> {
         let last_impact = self.counts.impacts().saturating_add(impacts);
         for _ in 0..events {
             if self.counts.impacts() >= last_impact {
@@ -197,10 +188,9 @@ impl Simulation {
                     self.predict(ball, self.now.later(time));
                 }
                 Event::Impact { ball, partner, time } => {
-                    let resolved = if TOGETHER {
-                        self.resolve_together(ball, partner, time)
-                    } else {
-                        self.resolve(ball, partner, time)
+                    let resolved = match self.resolve_together(ball, partner, time) {
+                        Some(resolved) => resolved,
+                        None => self.resolve(ball, partner, time),
                     };
                     // Even where the law refuses: the contact is still there, and must be found again.
                     match partner.as_ball() {

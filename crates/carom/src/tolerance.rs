@@ -48,6 +48,10 @@ pub const BIN_MARGIN: f64 = 1.0 / (1u64 << 17) as f64;
 /// with e = 0 that the pair already is where the law wants it, and tells a collapse from an impact.
 pub const RESTING: f64 = 4.0 * f64::EPSILON;
 
+/// Bodies that come round are followed longer than their period by this fraction of it (pure number, 9e-10), for the rounding of
+/// its length.
+pub const PERIOD_MARGIN: f64 = 1.0 / (1u64 << 30) as f64;
+
 /// A unit vector or quaternion given from outside may differ from length 1 by this much (pure number, about 2e-12): what
 /// twelve written digits leave.
 pub const UNIT_LENGTH: f64 = 1.0 / (1u64 << 39) as f64;

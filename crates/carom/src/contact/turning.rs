@@ -271,8 +271,7 @@ impl Pair {
         if approach != DVec3::ZERO || !stands(rest) || stands(turning) {
             return None;
         }
-        // A little more than a turn, for the rounding of its length.
-        turning.period().map(|period| period * (1.0 + 1e-9))
+        turning.period().map(|period| period * (1.0 + tolerance::PERIOD_MARGIN))
     }
 
     /// The impact at a contact; nothing if it does not approach.

@@ -13,6 +13,7 @@ use crate::predict::surroundings::gap_to_mesh;
 use crate::record::Impact;
 use crate::resolve::reflections::{Cluster, Point, Reflected};
 use crate::resolve::turning::{Arms, Mobility, Twist};
+use crate::scene::Simultaneous;
 use crate::time::Time;
 use crate::tolerance::{self, SAME_INSTANT, touching};
 use crate::world::Partner;
@@ -37,19 +38,32 @@ struct Touching {
 }
 
 impl Simulation {
-    /// As [`Simulation::resolve`], of all contacts of those who touch at this instant, if there are several of which one approaches.
-    /// Everybody in them but `ball` and its partner is predicted anew.
+    /// As [`Simulation::resolve`], of all contacts of those who touch at this instant; `None` where that is not asked for, or the
+    /// pair is by itself. Everybody but `ball` and its partner is predicted anew.
+    #[inline(always)]
+    pub(super) fn resolve_together(
+        &mut self,
+        ball: usize,
+        partner: Partner,
+        time: Time,
+    ) -> Option<Result<(), CollapseError>> {
+        match self.world.simultaneous {
+            Simultaneous::Pairwise => None,
+            Simultaneous::Reflections => self.reflect(ball, partner, time).transpose(),
+        }
+    }
+
     #[inline(never)]
-    pub(super) fn resolve_together(&mut self, ball: usize, partner: Partner, time: Time) -> Result<(), CollapseError> {
+    fn reflect(&mut self, ball: usize, partner: Partner, time: Time) -> Result<Option<()>, CollapseError> {
         let now = self.now.later(time);
         if partner == Partner::NONE || self.world.growth.is_some() {
-            return self.resolve(ball, partner, time);
+            return Ok(None);
         }
         let touching = self.touching(ball, partner, now);
         let cluster = touching.cluster(self);
-        // A pair by itself has a law without rounding; and what approaches by rounding alone is left to that as well.
+        // A pair by itself has a law without rounding; and what approaches by rounding alone is left to that, too.
         if touching.pairs.len() < 2 || !cluster.approaches() {
-            return self.resolve(ball, partner, time);
+            return Ok(None);
         }
         let Some(reflected) = cluster.resolve() else {
             return Err(self.collapse(ball, partner, now, Cause::Reflections));
@@ -89,7 +103,7 @@ impl Simulation {
                 self.predict(row, now);
             }
         }
-        Ok(())
+        Ok(Some(()))
     }
 
     fn rank_of(&self, row: usize) -> usize {
