@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use carom::DVec3;
-use carom::scene::{Scene, Simultaneous, SolidBody};
-use carom::shape::{BodyGeometry, Shape};
+use carom::scene::{MeshBody, Scene, Simultaneous, SolidBody};
+use carom::shape::{BodyGeometry, Shape, TriangleMesh};
 use carom::simulation::Simulation;
 use carom::world::Boundary;
 
@@ -118,11 +118,8 @@ fn impacts_of_one_instant_are_told_one_by_one() {
     assert_eq!(simulation.take_impacts().len(), 2);
 }
 
-#[test]
-fn a_stack_dropped_on_a_floor_throws_its_top_ball_as_theory_says() {
-    // m₂ on m₁ = 3 m₂, e = 1: the lower one stops dead, the upper one rises at twice the speed.
-    let mut scene = scene(1.0);
-    scene.planes.push(support::plane(9, DVec3::Z, 0.0));
+/// m₂ on m₁ = 3 m₂, e = 1, dropped on a floor at z = 0: the lower one stops dead, the upper one rises at twice the speed.
+fn assert_stack_is_thrown(mut scene: Scene) {
     scene.balls.push(ball(1, DVec3::new(0.0, 0.0, 2.0), -DVec3::Z, 1.0, 3.0), 3);
     scene.balls.push(ball(2, DVec3::new(0.0, 0.0, 3.5), -DVec3::Z, 0.5, 1.0), 3);
     let mut simulation = run(&scene, 2.0);
@@ -130,6 +127,31 @@ fn a_stack_dropped_on_a_floor_throws_its_top_ball_as_theory_says() {
     assert!(found[0].length() <= 1e-15 && (found[1] - 2.0 * DVec3::Z).length() <= 1e-15, "{found:?}");
     let balance = simulation.balance();
     assert!(balance.energy_error.abs() <= 1e-15 && balance.momentum_error <= 1e-15, "{balance:?}");
+}
+
+#[test]
+fn a_stack_dropped_on_a_floor_throws_its_top_ball_as_theory_says() {
+    let mut scene = scene(1.0);
+    scene.planes.push(support::plane(9, DVec3::Z, 0.0));
+    assert_stack_is_thrown(scene);
+}
+
+#[test]
+fn a_floor_of_triangles_throws_it_as_well() {
+    let corners = [[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
+    // The stack stands on the seam.
+    let mesh = TriangleMesh::new(&corners, &[[0, 1, 2], [0, 2, 3]]).expect("a square");
+    let mut scene = scene(1.0);
+    scene.meshes.push(MeshBody {
+        id: 9,
+        mesh: Arc::new(mesh),
+        position: DVec3::ZERO,
+        orientation: [1.0, 0.0, 0.0, 0.0],
+        velocity: DVec3::ZERO,
+        angular_velocity: DVec3::ZERO,
+        material: 0,
+    });
+    assert_stack_is_thrown(scene);
 }
 
 fn solid(id: i64, shape: Shape, position: DVec3, velocity: DVec3) -> SolidBody {
