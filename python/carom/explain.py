@@ -60,7 +60,10 @@ def impact_of(scene: Scene, number: int) -> dict[str, Any]:
             f"there is no impact {number}: the scene has {count} before its duration ends at {simulation.end_time:g} s"
         )
     solids = simulation.solids
-    if solids is not None and (np.isin(simulation.ids, [impact.a, impact.b]) & (solids.geometry_of >= 0)).any():
+    rigid = set() if solids is None else {mesh.id for mesh in solids.meshes}
+    if solids is not None:
+        rigid |= set(simulation.ids[solids.geometry_of >= 0].tolist())
+    if not rigid.isdisjoint((impact.a, impact.b)):
         return numbers_of_turning(impact, number, simulation, scene.names)
     radii = dict(zip(simulation.ids.tolist(), simulation.radii.tolist(), strict=True))
     fixed = dict(zip(simulation.ids.tolist(), simulation.fixed.tolist(), strict=True))
@@ -135,12 +138,14 @@ def numbers_of_turning(impact: Impact, number: int, simulation: Simulation, name
         body, row = getattr(impact, side), rows.get(getattr(impact, side))
         shape = -1 if row is None else int(solids.geometry_of[row])
         geometry = None if shape < 0 else solids.geometries[shape]
+        mesh = body in {mesh.id for mesh in solids.meshes}
         turn = np.array([1.0, 0.0, 0.0, 0.0]) if row is None else orientations[row]
         after = RigidState(
             mass=getattr(impact, f"mass_{side}"),
             moments=np.full(3, np.inf) if row is None else solids.moments[row],
             axes=turn if geometry is None else product(turn, geometry.principal_axes),
-            position=getattr(impact, f"position_{side}"),
+            # Of a mesh the impact has the point touched; what moves as its velocity says is the origin of its frame.
+            position=simulation.positions[row] if mesh else getattr(impact, f"position_{side}"),
             velocity=getattr(impact, f"velocity_{side}"),
             angular_velocity=getattr(impact, f"angular_velocity_{side}"),
         )
@@ -148,12 +153,12 @@ def numbers_of_turning(impact: Impact, number: int, simulation: Simulation, name
         before = after.struck(impact.point, -sign * impact.impulse * impact.normal)
         states[side] = replace(before, velocity=getattr(impact, f"velocity_{side}_before"))
         plane = row is None or bool(simulation.is_plane[row])
-        mesh = body in {mesh.id for mesh in solids.meshes}
         kind = geometry.kind if geometry is not None else "plane" if plane else "mesh" if mesh else "ball"
         label = f"the wall {_WALLS[-body - 1]}" if body < 0 else f"{kind} {body}"
         told |= {
             f"name_{side}": f'{label} "{names[body]}"' if body in names else label,
             f"shape_{side}": kind,
+            f"position_{side}": after.position.tolist(),
             f"orientation_{side}": turn.tolist(),
             f"moments_{side}": [_finite(float(moment)) for moment in after.moments],
             f"mass_{side}": _finite(after.mass),

@@ -62,7 +62,7 @@ class Impact:
     """Angular velocity of a after the impact, rad/s."""
     angular_velocity_b: NDArray[np.float64]
     position_a: NDArray[np.float64]
-    """Centre of mass of a at the impact, m; of a plane: the point of contact."""
+    """Centre of mass of a at the impact, m; of a plane or a mesh: the point of contact."""
     position_b: NDArray[np.float64]
     mass_a: float
     """kg; inf for fixed bodies."""
@@ -112,9 +112,10 @@ def collide(a: Mapping[str, Any], b: Mapping[str, Any], *, restitution: float = 
     Parameters
     ----------
     a, b
-        Mappings with the fields of a scene's `[[body]]`, of any shape but `mesh`; `radius = r` is short for
-        `shape = {kind = "ball", radius = r}`, and mesh files of convex shapes are named from the current folder. They
-        are not changed. `material`, `name` and `id` are of no account.
+        Mappings with the fields of a scene's `[[body]]`, of any shape; `radius = r` is short for
+        `shape = {kind = "ball", radius = r}`, and mesh files are named from the current folder. They are not changed.
+        `material`, `name` and `id` are of no account. Fixed surroundings of triangles, `shape = {kind = "mesh", …}`,
+        are a surface that can be touched from both sides.
     restitution
         e, from 0 to 1.
 
@@ -123,8 +124,9 @@ def collide(a: Mapping[str, Any], b: Mapping[str, Any], *, restitution: float = 
     impact
         With `time` counted from the given state, a = 0 and b = 1; None if they never meet or only graze. Bodies that
         touch and approach collide at time 0. Where several points touch with one normal, they are resolved together, by
-        reflections, and `points` and `impulses` have each. A compound that touches in several directions at once gets
-        the impact in that in which it approaches fastest; ask again with what came out for the next.
+        reflections, and `points` and `impulses` have each. Compounds, and bodies on meshes, that touch in several
+        directions at once get the impact in that in which they approach fastest; ask again with what came out for the
+        next.
 
     Raises
     ------
@@ -149,7 +151,7 @@ def resolve(
     Parameters
     ----------
     a, b
-        Bodies as in `collide`, but of any shape; the shape may be left out where `inertia` is given.
+        Bodies as in `collide`; the shape may be left out where `inertia` is given.
     point
         Where they touch, (3,), m.
     normal
@@ -185,10 +187,10 @@ def classify(a: Mapping[str, Any], b: Mapping[str, Any]) -> str:
     """Tell how two bodies stand to each other, by the sign of v_AB·n where they touch.
 
     v_AB = (v_A + ω_A × r_A) − (v_B + ω_B × r_B) is the relative velocity of their points there. Balls and planes touch
-    when their gap is within 4 units in the last place of the largest coordinate or radius, bodies that turn when it is
-    within δ (see `collide`), to which their contacts are known. v_AB·n is zero when within 4 ε of the speeds that make
-    it up. Of several points that touch, the one that approaches fastest decides: a face that tips up about an edge at
-    rest rests.
+    when their gap is within 4 units in the last place of the largest coordinate or radius; bodies that turn, and all on
+    meshes, when it is within δ (see `collide`), to which such contacts are known. v_AB·n is zero when within 4 ε of the
+    speeds that make it up. Of several points that touch, the one that approaches fastest decides: a face that tips up
+    about an edge at rest rests.
 
     Parameters
     ----------

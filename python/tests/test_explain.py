@@ -1,5 +1,7 @@
 """An impact walked through in the notes' own steps."""
 
+import math
+
 import pytest
 
 import carom
@@ -93,6 +95,27 @@ def test_a_piston_does_work():
     assert 'plane 1 "piston"' in text
     assert "infinite" in text
     assert "work done by the body in prescribed motion  2 J" in text
+
+
+@pytest.mark.parametrize("shape", [{"kind": "box", "size": [0.5, 0.4, 0.3]}, {"kind": "ball", "radius": 0.25}])
+def test_a_mesh_that_turns_hits_with_the_speed_of_the_point(tmp_path, shape):
+    """The points of the mesh move as v + ω × r, r from the origin of its frame; the body is at rest at first."""
+    pytest.importorskip("trimesh")
+    corners = ["v -3 -3 0", "v 3 -3 0", "v 3 3 0", "v -3 3 0"]
+    (tmp_path / "square.obj").write_text("\n".join([*corners, "f 1 2 3", "f 1 3 4"]))
+    mesh = {"shape": {"kind": "mesh", "mesh": "square.obj"}, "position": [0, 0, 0], "fixed": True}
+    paddle = mesh | {"velocity": [0.1, 0, 0], "angular_velocity": [-0.5, 0, 0]}
+    body = {"shape": shape, "mass": 1.0, "position": [0, 1, -0.8]}
+    scene = carom.Scene.from_dict({"duration": 4.0, "body": [paddle, body]}, folder=tmp_path)
+    numbers = impact_of(scene, 1)
+    t, point = numbers["time"], numbers["point"]
+    assert numbers["position_a"] == pytest.approx([0.1 * t, 0, 0], abs=1e-15)
+    y, z = point[1:]
+    assert numbers["point_velocity_a_before"] == pytest.approx([0.1, 0.5 * z, -0.5 * y], abs=1e-14)
+    assert numbers["normal_velocity_before"] == pytest.approx(-0.5 * math.hypot(y, z), rel=1e-12)
+    assert numbers["normal_velocity_after"] == pytest.approx(0.5 * math.hypot(y, z), rel=1e-12)
+    assert numbers["approach_speed"] == pytest.approx(-numbers["normal_velocity_before"], rel=1e-12)
+    assert "several points touch" not in as_text(numbers)
 
 
 def test_walls_of_the_domain_are_named():

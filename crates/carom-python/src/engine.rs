@@ -143,9 +143,7 @@ impl Engine {
 
     fn impact<'py>(&self, py: Python<'py>, impact: &Impact) -> PyResult<Bound<'py, PyDict>> {
         let world = self.world();
-        let spin = |id: i64| {
-            world.row_of(id).map_or(DVec3::ZERO, |ball| world.angular_velocity(ball, self.simulation.now())).to_array()
-        };
+        let spin = |id: i64| world.turns_of(id, self.simulation.now()).1.to_array();
         let row = PyDict::new(py);
         let (time, time_low) = impact.time.to_pair();
         row.set_item("time", time)?;

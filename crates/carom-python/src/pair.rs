@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors;
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, TriangleMesh};
 
 const IDENTITY: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
@@ -31,7 +31,7 @@ fn body(value: &Bound<'_, PyDict>) -> PyResult<Body> {
             orientation = geometry.principal_orientation(orientation);
             Shape::Solid(geometry.clone())
         }
-        (None, None, None, Some(_)) => Shape::Unknown,
+        (None, None, None, Some(mesh)) => Shape::Mesh(mesh.cast::<TriangleMesh>()?.get().mesh.clone()),
         _ => return Err(PyValueError::new_err("a body has either a radius, a plane, a geometry or a mesh")),
     };
     let fixed = entry("fixed")?.map_or(Ok(false), |value| value.extract::<bool>())?;

@@ -12,7 +12,7 @@ use crate::event::{Certificate, Kind};
 use crate::predict::{ShapeKind, ball_ball, ball_plane, kind_of_pair};
 use crate::resolve::newton::Contact;
 use crate::resolve::turning::{Arms, Mobility, TurningContact, Twist};
-use crate::shape::BodyGeometry;
+use crate::shape::{BodyGeometry, TriangleMesh};
 use crate::simulation::approach_speed;
 use crate::tolerance::{LIMITS, RESTING, UNIT_LENGTH, touching};
 
@@ -33,8 +33,9 @@ pub enum Shape {
     },
     /// That of a body that turns.
     Solid(Arc<BodyGeometry>),
-    /// Any other: only what happens at a given contact can be told, where no shape matters.
-    Unknown,
+    /// Fixed surroundings of triangles, which can be touched from both sides; its mass is infinite, its position that of the
+    /// origin of the triangles' frame.
+    Mesh(Arc<TriangleMesh>),
 }
 
 impl Shape {
@@ -43,7 +44,7 @@ impl Shape {
         match self {
             Self::Ball { .. } => Some(ShapeKind::Ball),
             Self::Plane { .. } => Some(ShapeKind::Plane),
-            Self::Solid(_) | Self::Unknown => None,
+            Self::Solid(_) | Self::Mesh(_) => None,
         }
     }
 }
@@ -110,8 +111,19 @@ pub struct PairImpact {
     pub velocities: [DVec3; 2],
     /// Angular velocities of A and B after (rad/s).
     pub angular_velocities: [DVec3; 2],
-    /// Centres of A and B at the contact (m); of a plane, given a body that turns, the point touched.
+    /// Centres of A and B at the contact (m); of a mesh, or of a plane that a body that turns touches, the point touched.
     pub positions: [DVec3; 2],
+}
+
+impl PairImpact {
+    /// The same with A and B exchanged.
+    fn swapped(mut self) -> Self {
+        self.normal = -self.normal;
+        self.velocities.reverse();
+        self.angular_velocities.reverse();
+        self.positions.reverse();
+        self
+    }
 }
 
 /// How two bodies stand to each other.
@@ -258,7 +270,7 @@ fn validate(body: &Body, row: i64) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The two as bodies of which one turns or both; `None` of balls and planes.
+/// The two as bodies of which one turns or both, or a body and a mesh; `None` of balls and planes.
 fn turning_pair(a: &Body, b: &Body) -> Result<Option<turning::Pair>, ContactError> {
     validate(a, 0)?;
     validate(b, 1)?;
@@ -267,7 +279,8 @@ fn turning_pair(a: &Body, b: &Body) -> Result<Option<turning::Pair>, ContactErro
 }
 
 /// How two bodies stand to each other, by the notes' classification. Balls and planes touch within
-/// [`touching`](crate::tolerance::touching), bodies that turn within δ, [`contact`](crate::tolerance::contact). Of several
+/// [`touching`](crate::tolerance::touching), bodies that turn or meshes within δ,
+/// [`contact`](crate::tolerance::contact). Of several
 /// points that touch, the one that approaches fastest decides.
 ///
 /// # Errors

@@ -9,7 +9,6 @@ mod turning_impact;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 
-use glam::DVec3;
 use prefetch_index::prefetch_index;
 
 use crate::error::CollapseError;
@@ -461,11 +460,7 @@ impl Simulation {
         if let Some(table) = &mut self.recorded {
             table.push(&impact);
             if self.world.turning.is_some() {
-                let (world, now) = (&self.world, impact.time);
-                let turns = [impact.a, impact.b].map(|id| match world.row_of(id) {
-                    Some(row) => (world.orientation(row, now), world.angular_velocity(row, now)),
-                    None => ([1.0, 0.0, 0.0, 0.0], DVec3::ZERO),
-                });
+                let turns = [impact.a, impact.b].map(|id| self.world.turns_of(id, impact.time));
                 table.push_turns(impact.certificate, turns);
             }
         }

@@ -380,6 +380,21 @@ impl World {
         self.spin.as_ref().map_or(DVec3::ZERO, |spin| spin.angular_velocity[ball])
     }
 
+    /// Orientation (w, x, y, z), to world, and angular velocity (rad/s, world axes) of what has this id at `time`: a body or a
+    /// mesh; (1, 0, 0, 0) and 0 of a plane.
+    pub fn turns_of(&self, id: i64, time: Time) -> ([f64; 4], DVec3) {
+        if let Some(row) = self.row_of(id) {
+            return (self.orientation(row, time), self.angular_velocity(row, time));
+        }
+        match self.meshes.iter().find(|mesh| mesh.id == id) {
+            Some(mesh) => {
+                let turn = mesh.orientation_at(time);
+                ([turn.w, turn.x, turn.y, turn.z], mesh.angular_velocity)
+            }
+            None => ([1.0, 0.0, 0.0, 0.0], DVec3::ZERO),
+        }
+    }
+
     /// Where a ball is (m) at `time` within the periodic box, and how many sizes of the box it has left behind.
     pub fn wrapped(&self, ball: usize, time: Time) -> (DVec3, [i64; 3]) {
         let mut position = self.position(ball, time);

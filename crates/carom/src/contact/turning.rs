@@ -1,4 +1,5 @@
-//! Two bodies alone, of which one turns or both: the search, the contact and the law of a simulation, without one.
+//! Two bodies alone, of which one turns or both, or a body and a mesh: the search, the contact and the law of a simulation,
+//! without one.
 
 use std::f64::consts::TAU;
 
@@ -8,16 +9,19 @@ use super::{Body, Class, ContactError, PairImpact, PointImpulse, Shape};
 use crate::error::Problem;
 use crate::event::{Certificate, Form, Kind};
 use crate::flight::Flight;
+use crate::predict::solids::Sought;
+use crate::predict::surroundings::{TriangleRoom, contact_with_mesh, first_of_triangles, gap_to_mesh};
 use crate::predict::turning::contact::Contact;
 use crate::predict::turning::motion::Body as Moving;
 use crate::predict::turning::patch::Patch;
 use crate::predict::turning::solid::Solid;
-use crate::predict::turning::{Memory, STEPS, contact_gap, first_impact};
+use crate::predict::turning::{Memory, STEPS, Search, contact_gap, first_impact};
 use crate::resolve::turning::{Mobility, TurningContact, TurningOutcome, Twist};
 use crate::rotation::Rotation;
 use crate::simulation::{arms_of, form_of};
 use crate::time::Time;
 use crate::tolerance;
+use crate::world::surroundings::Surroundings;
 use crate::world::turning::standing;
 
 /// Steps of the search after which it is given up (a count): seconds of work. Only bodies that stay near each other for some
@@ -27,10 +31,22 @@ const MOST_STEPS: u32 = 50 * STEPS;
 /// When the given states are.
 const START: Time = Time { epoch: 0.0, offset: 0.0 };
 
+/// So many seconds on.
+fn time(seconds: f64) -> Time {
+    Time { offset: seconds, ..START }
+}
+
+fn unit_quaternion(body: &Body) -> DQuat {
+    let [w, x, y, z] = body.orientation;
+    DQuat::from_xyzw(x, y, z, w).normalize()
+}
+
 /// One of the two, as the search sees it.
 struct Member {
-    /// Its convex parts.
+    /// Its convex parts; a mesh has none.
     parts: Vec<Solid>,
+    /// Distance (m) of its farthest point from the centre; 0 of a plane.
+    reach: f64,
     flight: Flight,
     rotation: Rotation,
     mass: f64,
@@ -50,6 +66,7 @@ impl Member {
         Ok(match &body.shape {
             Shape::Ball { radius } => Self {
                 parts: vec![Solid::ball(*radius)],
+                reach: *radius,
                 flight: flight(body.position),
                 rotation: Rotation::REST,
                 mass: body.mass,
@@ -60,6 +77,7 @@ impl Member {
             },
             Shape::Plane { normal, offset } => Self {
                 parts: vec![Solid::half_space()],
+                reach: 0.0,
                 flight: flight(*normal * *offset),
                 rotation: standing(*normal),
                 mass: f64::INFINITY,
@@ -69,14 +87,15 @@ impl Member {
                 form: Some(Form::Plane),
             },
             Shape::Solid(geometry) => {
-                let free = body.mass.is_finite();
                 super::check_turning(body, row)?;
+                let free = body.mass.is_finite();
                 // What is prescribed keeps its angular velocity, as a body does whose moments are equal.
                 let moments = if free { body.inertia } else { DVec3::ONE };
-                let [w, x, y, z] = body.orientation;
-                let orientation = DQuat::from_xyzw(x, y, z, w).normalize();
+                let parts = Solid::parts(&geometry.shape);
+                let orientation = unit_quaternion(body);
                 Self {
-                    parts: Solid::parts(&geometry.shape),
+                    reach: parts.iter().map(Solid::reach).fold(0.0, f64::max),
+                    parts,
                     flight: flight(body.position),
                     rotation: Rotation::new(moments, orientation, body.angular_velocity),
                     mass: body.mass,
@@ -86,10 +105,20 @@ impl Member {
                     form: None,
                 }
             }
-            Shape::Unknown => {
-                let reason = "where bodies touch fixed surroundings of triangles cannot be told of two bodies alone; \
-                              resolve takes them, at a contact that is given";
-                return Err(Problem::new("body", Some(row), "shape", "mesh", reason));
+            Shape::Mesh(mesh) => {
+                super::check_turning(body, row)?;
+                let orientation = unit_quaternion(body);
+                Self {
+                    parts: Vec::new(),
+                    reach: mesh.reach(),
+                    flight: flight(body.position),
+                    rotation: Rotation::new(DVec3::ONE, orientation, body.angular_velocity),
+                    mass: f64::INFINITY,
+                    orientation,
+                    angular_velocity: body.angular_velocity,
+                    moments: None,
+                    form: None,
+                }
             }
         })
     }
@@ -104,6 +133,12 @@ impl Member {
             rotation: &self.rotation,
             elapsed: seconds,
         }
+    }
+
+    /// The body, `seconds` on.
+    fn sought_after(&self, seconds: f64) -> Sought<'_> {
+        let (position, velocity) = (self.position_after(seconds), self.flight.velocity());
+        Sought::alone(&self.parts, position, velocity, &self.rotation, seconds)
     }
 
     fn position_after(&self, seconds: f64) -> DVec3 {
@@ -142,11 +177,6 @@ impl Member {
         0.5 * self.mass * twist.velocity.length_squared() + turning
     }
 
-    /// Distance (m) of its farthest point from the centre; 0 of a plane.
-    fn reach(&self) -> f64 {
-        self.parts.iter().map(Solid::reach).fold(0.0, f64::max)
-    }
-
     /// Seconds (s) after which it looks as before: a turn at a constant rate, or, round about z, one turn of that axis about the
     /// angular momentum, 2π I₁/L. `None` if there is no such time, or none is known.
     fn period(&self) -> Option<f64> {
@@ -161,17 +191,40 @@ impl Member {
     fn is_plane(&self) -> bool {
         self.form == Some(Form::Plane)
     }
+
+    /// A plane or a mesh.
+    fn has_no_centre(&self) -> bool {
+        self.is_plane() || self.parts.is_empty()
+    }
 }
 
-/// Two bodies, of which one turns or both.
+/// Two bodies, of which one turns or both, or a body and a mesh.
 pub(super) struct Pair {
     a: Member,
     b: Member,
+    /// The triangles of B, if it is a mesh.
+    mesh: Option<Surroundings>,
+    /// Whether A and B were given the other way round.
+    swapped: bool,
 }
 
 impl Pair {
     pub(super) fn new(a: &Body, b: &Body) -> Result<Self, Problem> {
-        Ok(Self { a: Member::new(a, 0)?, b: Member::new(b, 1)? })
+        let swapped = matches!(a.shape, Shape::Mesh(_));
+        let [(a, row_a), (b, row_b)] = if swapped { [(b, 1), (a, 0)] } else { [(a, 0), (b, 1)] };
+        let members = [Member::new(a, row_a)?, Member::new(b, row_b)?];
+        let mesh = if let Shape::Mesh(mesh) = &b.shape {
+            if matches!(a.shape, Shape::Mesh(_) | Shape::Plane { .. }) {
+                let reason = "surroundings, whose motion is prescribed, cannot collide with each other";
+                return Err(Problem::new("pair", None, "shape", "mesh", reason));
+            }
+            let placed = Surroundings::new(row_b, mesh.clone(), b.position, b.orientation, START);
+            Some(placed.moving(b.velocity, b.angular_velocity))
+        } else {
+            None
+        };
+        let [a, b] = members;
+        Ok(Self { a, b, mesh, swapped })
     }
 
     fn parts_after(&self, seconds: f64) -> impl Iterator<Item = (Moving<'_, Rotation>, Moving<'_, Rotation>)> {
@@ -184,19 +237,27 @@ impl Pair {
     /// # Errors
     /// They overlap by more than that.
     fn touch(&self) -> Result<bool, ContactError> {
-        let least = self.parts_after(0.0).map(|(a, b)| contact_gap(&a, &b)).fold(f64::INFINITY, f64::min);
+        let least = match &self.mesh {
+            Some(mesh) => gap_to_mesh(&self.a.sought_after(0.0), mesh, START, contact_gap),
+            None => self.parts_after(0.0).map(|(a, b)| contact_gap(&a, &b)).fold(f64::INFINITY, f64::min),
+        };
         let distance = (self.a.position_after(0.0) - self.b.position_after(0.0)).length();
-        let touching = tolerance::contact(self.a.reach().max(self.b.reach()), distance);
+        let touching = tolerance::contact(self.a.reach.max(self.b.reach), distance);
         if least < -touching {
             return Err(ContactError::Overlap { depth: -least });
         }
         Ok(least <= touching)
     }
 
-    fn contact_after(&self, seconds: f64) -> Contact {
+    /// What touches then; nothing if they do not touch.
+    fn contact_after(&self, seconds: f64) -> Option<Contact> {
         let mut patch = Patch::default();
+        if let Some(mesh) = &self.mesh {
+            let body = self.a.sought_after(seconds);
+            return contact_with_mesh(&body, mesh, time(seconds), &mut Vec::new(), &mut patch);
+        }
         self.parts_after(seconds).for_each(|(a, b)| patch.consider(&a, &b));
-        patch.of_parts().expect("a body has a part")
+        patch.of_parts()
     }
 
     /// By the point that approaches fastest, if there are several.
@@ -206,10 +267,10 @@ impl Pair {
         }
         let speed_of = |member: &Member| {
             let twist = member.given_twist();
-            twist.velocity.length() + twist.angular_velocity.length() * member.reach()
+            twist.velocity.length() + twist.angular_velocity.length() * member.reach
         };
-        let approach_speed = self.contact_after(0.0).approach_speed();
-        Ok(Class::of(-approach_speed, speed_of(&self.a) + speed_of(&self.b)))
+        let Some(contact) = self.contact_after(0.0) else { return Ok(Class::Apart) };
+        Ok(Class::of(-contact.approach_speed(), speed_of(&self.a) + speed_of(&self.b)))
     }
 
     pub(super) fn collide(&self, restitution: f64) -> Result<Option<PairImpact>, ContactError> {
@@ -218,7 +279,7 @@ impl Pair {
         let mut steps = 0;
         while let Some((seconds, certificate)) = self.first_contact(after, &mut steps)? {
             if let Some(impact) = self.impact(seconds, certificate, restitution) {
-                return Ok(Some(impact));
+                return Ok(Some(if self.swapped { impact.swapped() } else { impact }));
             }
             // A grazing root whose contact, by rounding, does not approach. From there the search follows how they part.
             if seconds == after && after > 0.0 {
@@ -236,15 +297,22 @@ impl Pair {
             let mut horizon = most;
             let mut found = None;
             let mut clear = f64::INFINITY;
-            for (a, b) in self.parts_after(after) {
-                let search = first_impact(&a, &b, horizon, &mut Memory::default());
+            let mut take = |search: Search| {
                 *steps = steps.saturating_add(search.steps);
                 if let Some(impact) = search.impact {
                     (horizon, found) = (impact.seconds, Some(impact.certificate));
                 } else if search.clear_until < horizon {
                     clear = clear.min(search.clear_until);
                 }
+                horizon
+            };
+            if let Some(mesh) = &self.mesh {
+                let body = self.a.sought_after(after);
+                let room = &mut TriangleRoom::default();
+                take(first_of_triangles(&body, mesh, time(after), [0.0, most], room));
             }
+            self.parts_after(after)
+                .fold(most, |horizon, (a, b)| take(first_impact(&a, &b, horizon, &mut Memory::default())));
             if clear >= horizon {
                 return Ok(found.map(|certificate| (after + horizon, certificate)));
             }
@@ -277,7 +345,7 @@ impl Pair {
     /// The impact at a contact; nothing if it does not approach.
     fn impact(&self, seconds: f64, certificate: Certificate, restitution: f64) -> Option<PairImpact> {
         let members = [&self.a, &self.b];
-        let contact = self.contact_after(seconds);
+        let contact = self.contact_after(seconds)?;
         let arms = arms_of(&contact);
         let law = TurningContact {
             normal: contact.normal,
@@ -308,9 +376,9 @@ impl Pair {
         let centre = |member: &Member| member.position_after(seconds);
         let (from_a, from_b) = (|arm| centre(&self.a) + arm, |arm| centre(&self.b) + arm);
         // Seen from A's centre as in a run, but where A is a plane, whose point is any.
-        let place = |a: DVec3, b: DVec3| if self.a.is_plane() { from_b(b) } else { from_a(a) };
+        let place = |a: DVec3, b: DVec3| if self.a.has_no_centre() { from_b(b) } else { from_a(a) };
         let point = place(outcome.centre.a, outcome.centre.b);
-        let position = |member: &Member| if member.is_plane() { point } else { centre(member) };
+        let position = |member: &Member| if member.has_no_centre() { point } else { centre(member) };
         let points = contact.points().iter().zip(outcome.impulses);
         PairImpact {
             time: seconds,

@@ -20,9 +20,17 @@ pub(crate) struct Sought<'a> {
     acceleration: DVec3,
     rotation: &'a Rotation,
     elapsed: f64,
+    /// Distance (m) of its farthest point from the centre.
+    reach: f64,
 }
 
 impl<'a> Sought<'a> {
+    /// A body outside a world, whose parts are these, `elapsed` seconds after its rotation began.
+    pub fn alone(parts: &'a [Solid], position: DVec3, velocity: DVec3, rotation: &'a Rotation, elapsed: f64) -> Self {
+        let reach = parts.iter().map(Solid::reach).fold(0.0, f64::max);
+        Self { ball: None, parts, position, velocity, acceleration: DVec3::ZERO, rotation, elapsed, reach }
+    }
+
     /// The body in `row` as it is at `time`; `shift` (m) from where it is to the image that counts.
     pub fn new(world: &'a World, row: usize, time: Time, shift: DVec3) -> Self {
         let flight = &world.flights[row];
@@ -40,7 +48,13 @@ impl<'a> Sought<'a> {
             acceleration,
             rotation,
             elapsed,
+            reach: world.radii[row],
         }
+    }
+
+    /// Distance (m) of its farthest point from the centre.
+    pub fn reach(&self) -> f64 {
+        self.reach
     }
 
     /// Where its centre is (m).

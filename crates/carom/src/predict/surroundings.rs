@@ -9,7 +9,10 @@ use glam::DVec3;
 
 use super::cut_off::{CutOffs, Foreseen, Pair};
 use super::solids::{Sought, first_of_parts};
-use super::turning::{Search, gap, window};
+use super::turning::contact::Contact;
+use super::turning::motion::Body;
+use super::turning::patch::Patch;
+use super::turning::{Search, window};
 use crate::rotation::Rotation;
 use crate::shape::Bounds;
 use crate::time::Time;
@@ -40,18 +43,17 @@ struct Way<'a> {
 }
 
 impl<'a> Way<'a> {
-    fn of(world: &World, body: &Sought, row: usize, mesh: &'a Surroundings, start: Time) -> Self {
+    fn of(body: &Sought, mesh: &'a Surroundings, start: Time) -> Self {
         let position = body.position() - mesh.position_at(start);
-        let radius = world.radii[row];
         // Impacts are found up to δ away.
-        let near = contact(radius.max(mesh.reach), position.length());
+        let near = contact(body.reach().max(mesh.reach), position.length());
         Self {
             mesh,
             position,
             velocity: body.velocity() - mesh.velocity,
             acceleration: body.acceleration(),
             start,
-            reach: radius * (1.0 + CELL_MARGIN) + 4.0 * near,
+            reach: body.reach() * (1.0 + CELL_MARGIN) + 4.0 * near,
         }
     }
 
@@ -117,14 +119,20 @@ pub(super) fn impact_with_mesh(
     let pair = Pair::with_prescribed(world, row, world.meshes[mesh].id, world.flights[row].start());
     cut_offs.foresee(world, pair, [now, limit], same, |start, horizon| {
         let body = Sought::new(world, row, start, DVec3::ZERO);
-        let way = Way::of(world, &body, row, &world.meshes[mesh], start);
-        first_of_triangles(&way, &body, now.since(start).max(0.0), horizon, room)
+        first_of_triangles(&body, &world.meshes[mesh], start, [now.since(start).max(0.0), horizon], room)
     })
 }
 
-/// The first impact on the way, within `horizon` seconds and not before `from`; or none, where the search of a triangle was cut
-/// off before.
-fn first_of_triangles(way: &Way, body: &Sought, mut from: f64, horizon: f64, room: &mut TriangleRoom) -> Search {
+/// The first impact of a body, as it is at `start`, and a mesh, not before `from` and within `horizon` seconds; or none, where
+/// the search of a triangle was cut off before.
+pub(crate) fn first_of_triangles(
+    body: &Sought,
+    mesh: &Surroundings,
+    start: Time,
+    [mut from, horizon]: [f64; 2],
+    room: &mut TriangleRoom,
+) -> Search {
+    let way = &Way::of(body, mesh, start);
     let mut first = Search::clear(horizon);
     let mut after = 0.0;
     room.before.clear();
@@ -179,31 +187,47 @@ fn search_window(way: &Way, body: &Sought, (from, exit): (&mut f64, f64), first:
     }
 }
 
-/// Calls `visit` with each triangle near a body as it is at `now`.
-pub(crate) fn each_near(
-    world: &World,
-    row: usize,
-    mesh: usize,
-    now: Time,
-    near: &mut Vec<u32>,
-    mut visit: impl FnMut(u32),
-) {
-    let body = Sought::new(world, row, now, DVec3::ZERO);
-    let way = Way::of(world, &body, row, &world.meshes[mesh], now);
-    way.mesh.mesh.gather_near(&way.swept(0.0, 0.0, 0.0), near);
-    near.iter().for_each(|&index| visit(index));
+/// The triangles near a body, both as they are at `now`.
+pub(crate) fn gather_near(body: &Sought, mesh: &Surroundings, now: Time, near: &mut Vec<u32>) {
+    let way = Way::of(body, mesh, now);
+    mesh.mesh.gather_near(&way.swept(0.0, 0.0, 0.0), near);
 }
 
-/// The gap (m) of a body and a mesh at `now`, of those triangles that are near; negative if the body crosses the surface.
-pub(crate) fn gap_to_mesh(world: &World, row: usize, mesh: usize, now: Time) -> f64 {
-    let body = Sought::new(world, row, now, DVec3::ZERO);
-    let surroundings = &world.meshes[mesh];
+/// The contact of a body and a mesh that touch at `now`; `None` if they do not. `near` and `patch` are room to work in.
+pub(crate) fn contact_with_mesh(
+    body: &Sought,
+    mesh: &Surroundings,
+    now: Time,
+    near: &mut Vec<u32>,
+    patch: &mut Patch,
+) -> Option<Contact> {
+    let offset = mesh.position_at(now) - body.position();
+    patch.clear();
+    gather_near(body, mesh, now, near);
+    for &index in near.iter() {
+        let triangle = mesh.triangle(index);
+        let placed = mesh.body(&triangle, now);
+        body.parts().iter().for_each(|part| patch.consider_triangle(&body.part(part), &placed, offset));
+    }
+    patch.of_triangles()
+}
+
+/// The gap (m) of a body and a mesh at `now`, of those triangles that are near, as `gap` has it; negative if the body crosses
+/// the surface.
+pub(crate) fn gap_to_mesh(
+    body: &Sought,
+    mesh: &Surroundings,
+    now: Time,
+    gap: impl Fn(&Body<Rotation>, &Body<Rotation>) -> f64,
+) -> f64 {
+    let mut near = Vec::new();
+    gather_near(body, mesh, now, &mut near);
     let mut least = f64::INFINITY;
-    each_near(world, row, mesh, now, &mut Vec::new(), |index| {
-        let triangle = surroundings.triangle(index);
-        let placed = surroundings.body(&triangle, now);
-        let gaps = body.parts().iter().map(|part| gap::<Rotation>(&body.part(part), &placed));
+    for index in near {
+        let triangle = mesh.triangle(index);
+        let placed = mesh.body(&triangle, now);
+        let gaps = body.parts().iter().map(|part| gap(&body.part(part), &placed));
         least = gaps.fold(least, f64::min);
-    });
+    }
     least
 }

@@ -8,8 +8,9 @@ use glam::DVec3;
 
 use super::{Balls, BuildReport, Scene};
 use crate::error::{CheckError, Problem};
-use crate::predict::solids::{gap_above_plane, gap_of_bodies};
+use crate::predict::solids::{Sought, gap_above_plane, gap_of_bodies};
 use crate::predict::surroundings::gap_to_mesh;
+use crate::predict::turning::gap;
 use crate::time::Time;
 use crate::tolerance::{CELL_MARGIN, LIMITS, UNIT_LENGTH, touching};
 use crate::world::cells::Cells;
@@ -295,7 +296,8 @@ fn crossing(world: &World, start: Time) -> Vec<Problem> {
     for mesh in 0..world.meshes.len() {
         for row in (0..world.len()).filter(|&row| !world.is_fixed(row)) {
             let (surroundings, position) = (&world.meshes[mesh], world.flights[row].position());
-            let gap = gap_to_mesh(world, row, mesh, start);
+            let body = Sought::new(world, row, start, DVec3::ZERO);
+            let gap = gap_to_mesh(&body, surroundings, start, gap);
             let reach = surroundings.position.abs().max_element() + surroundings.reach;
             let largest = largest_coordinate(&[position]).max(world.radii[row]).max(reach);
             if gap < -touching(largest) && problems.len() < MOST_PROBLEMS {

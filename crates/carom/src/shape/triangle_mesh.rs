@@ -106,6 +106,11 @@ impl TriangleMesh {
         self.triangles[triangle as usize].vertices.map(|k| self.vertices[k as usize])
     }
 
+    /// Distance (m) of the farthest vertex from the origin.
+    pub fn reach(&self) -> f64 {
+        self.vertices.iter().map(|vertex| vertex.length()).fold(0.0, f64::max)
+    }
+
     /// The edges at a vertex, sorted.
     pub fn edges_at(&self, vertex: u32) -> &[u32] {
         let (from, to) = (self.edges_from[vertex as usize], self.edges_from[vertex as usize + 1]);

@@ -8,8 +8,9 @@ use super::turning_impact::Side;
 use crate::error::{Cause, CollapseError};
 use crate::event::{Certificate, Kind, Rank};
 use crate::predict::rank;
-use crate::predict::solids::{gap_above_plane, gap_of_bodies, in_order};
+use crate::predict::solids::{Sought, gap_above_plane, gap_of_bodies, in_order};
 use crate::predict::surroundings::gap_to_mesh;
+use crate::predict::turning::contact_gap;
 use crate::record::Impact;
 use crate::resolve::reflections::{Cluster, Point, Reflected};
 use crate::resolve::turning::{Arms, Mobility, Twist};
@@ -202,7 +203,8 @@ impl Simulation {
         let speed = (world.velocity(row, now) - surroundings.velocity).length() + turning;
         let tolerance =
             tolerance::contact(world.radii[row].max(surroundings.reach), apart.length()) + self.within_instant(speed);
-        gap_to_mesh(world, row, mesh, now) <= tolerance
+        let body = Sought::new(world, row, now, DVec3::ZERO);
+        gap_to_mesh(&body, surroundings, now, contact_gap) <= tolerance
     }
 
     /// Writes the states after, and books them.

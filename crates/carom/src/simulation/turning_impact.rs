@@ -6,7 +6,7 @@ use super::Simulation;
 use crate::error::{Cause, CollapseError};
 use crate::event::{Certificate, Form, Kind};
 use crate::predict::solids::{Sought, in_order, plane_at};
-use crate::predict::surroundings::each_near;
+use crate::predict::surroundings::contact_with_mesh;
 use crate::predict::turning::contact::{Contact, Feature};
 use crate::predict::turning::{Memory, contact_after};
 use crate::record::Impact;
@@ -182,16 +182,7 @@ impl Simulation {
 
     pub(super) fn contact_with_mesh(&mut self, row: usize, mesh: usize, now: Time) -> Option<Contact> {
         let body = Sought::new(&self.world, row, now, DVec3::ZERO);
-        let surroundings = &self.world.meshes[mesh];
-        let offset = surroundings.position_at(now) - body.position();
-        self.patch.clear();
-        each_near(&self.world, row, mesh, now, &mut self.triangles_near, |index| {
-            let triangle = surroundings.triangle(index);
-            let placed = surroundings.body(&triangle, now);
-            let parts = body.parts().iter();
-            parts.for_each(|part| self.patch.consider_triangle(&body.part(part), &placed, offset));
-        });
-        self.patch.of_triangles()
+        contact_with_mesh(&body, &self.world.meshes[mesh], now, &mut self.triangles_near, &mut self.patch)
     }
 
     /// Kinetic energy (J) of a free body that moves so; 0 of one in prescribed motion.

@@ -52,7 +52,7 @@ impl Surroundings {
             start,
             material: 0,
             rotation: Rotation::new(DVec3::ONE, orientation, DVec3::ZERO),
-            reach: mesh.vertices.iter().map(|vertex| vertex.length()).fold(0.0, f64::max),
+            reach: mesh.reach(),
             triangle_size: sizes.map(|bounds| bounds.half_diagonal()).sum::<f64>() / mesh.triangles.len() as f64,
             mesh,
         }
