@@ -22,6 +22,7 @@ pub mod contact;
 pub mod error;
 pub mod event;
 pub mod flight;
+mod frugal;
 pub mod ledger;
 pub mod predict;
 pub mod queue;

@@ -7,6 +7,7 @@
 
 use prefetch_index::prefetch_index;
 
+use crate::frugal::make_room;
 use crate::time::Time;
 
 /// One future moment of a ball.
@@ -127,6 +128,8 @@ impl Queue {
             buckets_passed: 0,
             entries_met: 0,
         };
+        // About so many are in use, half full.
+        queue.chunks.reserve_exact(balls / 2);
         queue.shape(balls, interval * TARGET / balls.max(1) as f64);
         queue
     }
@@ -171,6 +174,7 @@ impl Queue {
                 self.put_into_ring(bucket, entry.mark);
             }
         } else if ahead > 0 {
+            make_room(&mut self.far, 1);
             self.far.push(entry.mark);
         } else {
             self.put_into_present(entry);
@@ -238,6 +242,7 @@ impl Queue {
                 row as usize
             }
             None => {
+                make_room(&mut self.chunks, 1);
                 self.chunks.push(Chunk { marks: [mark; CHUNK], next });
                 self.chunks.len() - 1
             }
@@ -379,6 +384,7 @@ impl Queue {
                 }
             }
             self.in_ring -= len;
+            make_room(&mut self.free, 1);
             self.free.push(row as u32);
             fill = self.chunks[row].next;
         }

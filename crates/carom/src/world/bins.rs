@@ -9,6 +9,7 @@ use prefetch_index::prefetch_index;
 
 use super::nearby::Gathered;
 use super::{Boundary, Domain};
+use crate::frugal::{filled, make_room};
 use crate::predict::lanes::{Lanes, MOST};
 use crate::tolerance::BIN_MARGIN;
 
@@ -81,7 +82,7 @@ impl Bins {
         }
         let row_of = |level: u8| used.iter().position(|&l| l == level).unwrap_or(0) as u8;
         Self {
-            bins: vec![Bin::EMPTY; bins],
+            bins: filled(Bin::EMPTY, bins),
             free: Vec::new(),
             bin_of: vec![NONE; spheres.len()],
             grid_of: if grids.len() > 1 { levels.iter().map(|&level| row_of(level)).collect() } else { Vec::new() },
@@ -111,6 +112,7 @@ impl Bins {
             }
             if here.balls[SLOTS] == NONE {
                 let fresh = self.free.pop().unwrap_or_else(|| {
+                    make_room(&mut self.bins, 1);
                     self.bins.push(Bin::EMPTY);
                     self.bins.len() as u32 - 1
                 });

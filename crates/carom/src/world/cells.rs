@@ -10,11 +10,13 @@
 //! never missed.
 
 use std::cmp::Ordering;
+use std::ops::Range;
 
 use glam::DVec3;
 
 use super::nearby::{BLOCK, Gathered, PlaneSet};
 use super::{Boundary, Domain, World};
+use crate::frugal::{filled, make_room};
 use crate::predict::crossing;
 use crate::time::Time;
 use crate::tolerance::CELL_MARGIN;
@@ -187,7 +189,7 @@ impl Cells {
             interiors: false,
             levels,
             places,
-            cells: vec![Cell::EMPTY; cells],
+            cells: filled(Cell::EMPTY, cells),
             free: Vec::new(),
             planes: Vec::new(),
         }
@@ -366,6 +368,7 @@ impl Cells {
     #[cold]
     fn begin_further(&mut self, row: usize) -> usize {
         let further = self.free.pop().unwrap_or_else(|| {
+            make_room(&mut self.cells, 1);
             self.cells.push(Cell::EMPTY);
             self.cells.len() as u32 - 1
         });
@@ -532,14 +535,55 @@ impl Cells {
                 let row = level.first + ((plane + level.closed(1, coordinate[1] + y)) * level.count[0]) as usize;
                 let least_left = least * least - (far_z * far_z + far_y * far_y);
                 let (inner, outer) = rows[0].between(least_left.max(0.0).sqrt(), reach_left.sqrt());
-                for x in inner..=outer {
-                    found.make_room(2 * SLOTS + 1);
-                    self.gather(row + level.closed(0, coordinate[0] + x) as usize, found);
-                    if x > 0 && !rows[0].whole {
-                        self.gather(row + level.closed(0, coordinate[0] - x) as usize, found);
-                    }
+                let x = coordinate[0];
+                if rows[0].whole {
+                    self.gather_run(row..row + level.count[0] as usize, found);
+                } else if inner == 0 {
+                    self.gather_span(level, row, [x - outer, x + outer], found);
+                } else {
+                    self.gather_span(level, row, [x - outer, x - inner], found);
+                    self.gather_span(level, row, [x + inner, x + outer], found);
                 }
             }
+        }
+    }
+
+    /// Adds whoever is in the cells from `first` to `last`, fewer than all, of the closed row that begins at `row`.
+    #[inline(always)]
+    fn gather_span(&self, level: &Level, row: usize, [first, last]: [i32; 2], found: &mut Gathered) {
+        let (first, last) = (level.closed(0, first) as usize, level.closed(0, last) as usize);
+        if first <= last {
+            self.gather_run(row + first..row + last + 1, found);
+        } else {
+            self.gather_run(row + first..row + level.count[0] as usize, found);
+            self.gather_run(row..row + last + 1, found);
+        }
+    }
+
+    /// Adds whoever is in cells that lie side by side.
+    #[inline(always)]
+    fn gather_run(&self, cells: Range<usize>, found: &mut Gathered) {
+        found.make_room((SLOTS + 1) * cells.len());
+        let free = found.free();
+        let mut count = 0;
+        let mut fills = 0;
+        for cell in &self.cells[cells.clone()] {
+            free[count..count + SLOTS + 1].copy_from_slice(&cell.0);
+            count += cell.len();
+            fills |= cell.fill();
+        }
+        if fills > SLOTS as u32 {
+            return self.gather_crowded(cells, found);
+        }
+        found.add_free(count);
+    }
+
+    /// The same where a cell holds more than it has room for.
+    #[cold]
+    fn gather_crowded(&self, cells: Range<usize>, found: &mut Gathered) {
+        for row in cells {
+            found.make_room(SLOTS + 1);
+            self.gather(row, found);
         }
     }
 }
@@ -547,6 +591,7 @@ impl Cells {
 /// The cells of one axis that a shell can touch, as steps from the ball's own cell.
 struct Row {
     width: f64,
+    inverse: f64,
     reached: i32,
     /// The shell reaches all round the closed row: every cell is taken, at any distance.
     whole: bool,
@@ -556,7 +601,7 @@ impl Row {
     fn new(reach: f64, width: f64, count: i32) -> Self {
         let reached = (reach / width).floor() as i32 + 1;
         let whole = 2 * reached + 1 > count;
-        Self { width, reached: if whole { count - 1 } else { reached }, whole }
+        Self { width, inverse: 1.0 / width, reached: if whole { count - 1 } else { reached }, whole }
     }
 
     fn steps(&self) -> std::ops::RangeInclusive<i32> {
@@ -577,8 +622,8 @@ impl Row {
         if self.whole {
             return (0, self.reached);
         }
-        let inner = ((least / self.width).floor() as i32 - 1).max(0);
-        (inner, ((most / self.width).floor() as i32 + 1).min(self.reached))
+        // Those of step n hold distances from n - 1 to n + 1 cells. (No distance is negative: to cut off is to round down.)
+        ((least * self.inverse) as i32, ((most * self.inverse) as i32 + 1).min(self.reached))
     }
 }
 

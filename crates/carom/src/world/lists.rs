@@ -11,6 +11,7 @@ use prefetch_index::prefetch_index;
 use super::bins::Bins;
 use super::nearby::{Gathered, PlaneSet};
 use super::{Boundary, World};
+use crate::frugal::make_room;
 use crate::predict::Periods;
 use crate::predict::lanes::{Lanes, MOST, Width, Work};
 use crate::time::Time;
@@ -116,7 +117,7 @@ impl Lists {
             periods: Periods::of(&world.domain),
             displacement,
             shells: vec![Shell { centre: DVec3::ZERO, start: 0, fill: Fill::NONE }; world.len()],
-            lines: Vec::with_capacity(world.len() + world.len() / 4),
+            lines: Vec::with_capacity(world.len() + world.len() / 8),
             free: Vec::new(),
             planes: if world.planes.is_empty() { Vec::new() } else { vec![PlaneSet::NONE; world.len()] },
             beside: if turning { vec![Vec::new(); world.len()] } else { Vec::new() },
@@ -341,6 +342,7 @@ impl Lists {
         let kept = self.free.get_mut(larger.class() as usize).and_then(Vec::pop);
         let fresh = kept.unwrap_or_else(|| {
             let fresh = self.lines.len() as u32;
+            make_room(&mut self.lines, larger.lines());
             self.lines.resize(self.lines.len() + larger.lines(), [ball as u32; LINE]);
             fresh
         });

@@ -160,6 +160,12 @@ impl Gathered {
         block
     }
 
+    /// All free places, those for which room was made at least.
+    #[inline(always)]
+    pub fn free(&mut self) -> &mut [u32] {
+        &mut self.rows[self.len..]
+    }
+
     /// Adds those that were written to the first so many free places.
     #[inline(always)]
     pub fn add_free(&mut self, count: usize) {
