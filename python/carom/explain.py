@@ -144,8 +144,7 @@ def numbers_of_turning(impact: Impact, number: int, simulation: Simulation, name
             mass=getattr(impact, f"mass_{side}"),
             moments=np.full(3, np.inf) if row is None else solids.moments[row],
             axes=turn if geometry is None else product(turn, geometry.principal_axes),
-            # Of a mesh the impact has the point touched; what moves as its velocity says is the origin of its frame.
-            position=simulation.positions[row] if mesh else getattr(impact, f"position_{side}"),
+            position=getattr(impact, f"position_{side}"),
             velocity=getattr(impact, f"velocity_{side}"),
             angular_velocity=getattr(impact, f"angular_velocity_{side}"),
         )
@@ -158,7 +157,6 @@ def numbers_of_turning(impact: Impact, number: int, simulation: Simulation, name
         told |= {
             f"name_{side}": f'{label} "{names[body]}"' if body in names else label,
             f"shape_{side}": kind,
-            f"position_{side}": after.position.tolist(),
             f"orientation_{side}": turn.tolist(),
             f"moments_{side}": [_finite(float(moment)) for moment in after.moments],
             f"mass_{side}": _finite(after.mass),
@@ -358,7 +356,7 @@ def _text_of_turning(of: dict[str, Any]) -> str:
         ]
     lines += [
         f"  v_AB after·n = {_number(of['normal_velocity_after'])} m/s"
-        f" = −e v_AB·n = {_number(-of['restitution'] * approach)} m/s",
+        + (f" = −e v_AB·n = {_number(-of['restitution'] * approach)} m/s" if single else ", of the mean point p"),
         "",
         "What is kept and what is lost",
     ]

@@ -62,7 +62,7 @@ class Impact:
     """Angular velocity of a after the impact, rad/s."""
     angular_velocity_b: NDArray[np.float64]
     position_a: NDArray[np.float64]
-    """Centre of mass of a at the impact, m; of a plane or a mesh: the point of contact."""
+    """Centre of mass of a at the impact, m; of a plane: the point of contact; of a mesh: the origin of its frame."""
     position_b: NDArray[np.float64]
     mass_a: float
     """kg; inf for fixed bodies."""

@@ -160,7 +160,8 @@ def resume(
     until
         Time at which to stop, s, absolute; left out: the one that the run was asked for.
     impacts
-        Number of impacts, counted from the start of the run, after which to stop; left out: as the run was asked for.
+        Number of impacts, counted from the start of the run, after which to stop; left out: as the run was asked for,
+        or any if `until` is given.
     threads, progress
         As in `run`.
 
@@ -185,13 +186,14 @@ def resume(
         raise WrongFolderError(f"{folder.path}: this run ended in a collapse; nothing can follow")
     simulation = folder.simulation()
     asked = summary["asked"]
+    if impacts is None and until is None:
+        impacts = asked["impacts"]
     until = simulation.checked_time(asked["until"] if until is None else until)
-    impacts = asked["impacts"] if impacts is None else impacts
     _check_counts(impacts, threads)
     if simulation.time >= until or (impacts is not None and simulation.impact_count >= impacts):
         raise ArgumentError(
             f"{folder.path}: the run has reached its end already, {simulation.time!r} s and"
-            f" {simulation.impact_count} impacts: say until when to go on"
+            f" {simulation.impact_count} impacts, counted from its start: say until when to go on"
         )
     with _Interrupts() as interrupts:
         recorder = _Recorder(folder.path, simulation, until, impacts, threads, time.perf_counter() - started)

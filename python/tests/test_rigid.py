@@ -175,3 +175,5 @@ def test_several_points_are_said():
     text = as_text(told(4.0, impulse_factor=1.5))
     assert "several points touch" in text
     assert "½ (1 − e²)" not in text
+    # Each point is reflected, their mean is not.
+    assert "= −e v_AB·n" not in text

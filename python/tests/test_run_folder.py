@@ -311,6 +311,28 @@ def test_going_on_to_where_it_stands_is_an_error(folder):
         carom.resume(folder.path, until=1.0)
 
 
+def test_a_time_alone_lifts_the_limit_of_impacts(tmp_path):
+    """A run that ended after so many impacts goes on to a time; without one, the limit stands."""
+    balls = [
+        {
+            "shape": {"kind": "ball", "radius": 0.5},
+            "mass": 1.0,
+            "position": [0.1 * k, 0, 2.0 * k],
+            "velocity": [0, 0, v],
+        }
+        for k, v in enumerate((1.0, -1.0))
+    ]
+    domain = {"kind": "walls", "size": [8.0, 8.0, 8.0]}
+    scene = carom.Scene.from_dict({"duration": 9.0, "domain": domain, "body": balls})
+    part = carom.run(scene, tmp_path / "part", impacts=2)
+    assert part.summary["impacts"] == 2
+    with pytest.raises(carom.ArgumentError, match="2 impacts, counted from its start"):
+        carom.resume(part.path)
+    whole = carom.resume(part.path, until=9.0)
+    assert whole.summary["impacts"] > 2
+    assert whole.summary["state_sha256"] == carom.run(scene, tmp_path / "at_once").summary["state_sha256"]
+
+
 def bouncing():
     bodies = [
         {"id": 4, "shape": {"kind": "ball", "radius": 0.05}, "mass": 0.1, "position": [0, 0, 1.05]},

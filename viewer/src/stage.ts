@@ -80,7 +80,9 @@ export function chooseView(recording: Recording, flight: Flight): View {
     high[k] = size[k] / 2;
   }
 
-  const down = AXES.find((k) => gravity[k] !== 0);
+  // The axis along which most of it falls.
+  const pull = Math.max(...gravity.map(Math.abs));
+  const down = pull > 0 ? ([2, 1, 0] as Axis[]).find((k) => Math.abs(gravity[k]) === pull) : undefined;
   // Look along a direction in which nothing happens; from the top if there is a choice and nothing falls.
   const candidates: Axis[] = down === 2 ? [1, 0] : [2, 1, 0];
   const along = candidates.find((k) => still[k]);

@@ -111,7 +111,8 @@ pub struct PairImpact {
     pub velocities: [DVec3; 2],
     /// Angular velocities of A and B after (rad/s).
     pub angular_velocities: [DVec3; 2],
-    /// Centres of A and B at the contact (m); of a mesh, or of a plane that a body that turns touches, the point touched.
+    /// Centres of A and B at the contact (m); of a plane that a body that turns touches, the point touched; of a mesh the
+    /// origin of its frame.
     pub positions: [DVec3; 2],
 }
 

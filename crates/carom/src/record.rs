@@ -34,7 +34,7 @@ pub struct Impact {
     pub energy_lost: f64,
     /// Velocities (m/s): A before, B before, A after, B after.
     pub velocities: [DVec3; 4],
-    /// Centres (m) of A and B; of a plane, the point touched.
+    /// Centres (m) of A and B; of a plane, the point touched; of a mesh, the origin of its frame.
     pub positions: [DVec3; 2],
     /// Masses (kg).
     pub masses: [f64; 2],

@@ -3,13 +3,17 @@
 
 mod support;
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use carom::DVec3;
 use carom::error::{Cause, CollapseError};
-use carom::scene::{Placement, Scene};
+use carom::scene::{Placement, Scene, SolidBody};
+use carom::shape::{BodyGeometry, Shape};
 use carom::simulation::Simulation;
+use carom::tolerance;
 use carom::world::{Boundary, Domain};
+use glam::DQuat;
 use support::{ball, cube, fixed, gas, plane, positions, run_until, scene, start, vector, velocities};
 
 fn bouncing(restitution: f64) -> Scene {
@@ -189,4 +193,80 @@ fn granular_gas_ends_well() {
         println!("e = {restitution}: {ended:?} after {:?}", simulation.counts());
         assert!(simulation.balance().energy_error.abs() < 1e-12);
     }
+}
+
+fn solid(id: i64, shape: &Shape, position: DVec3) -> SolidBody {
+    SolidBody {
+        id,
+        geometry: Arc::new(BodyGeometry::new(shape).unwrap()),
+        position,
+        orientation: [1.0, 0.0, 0.0, 0.0],
+        velocity: DVec3::ZERO,
+        angular_velocity: DVec3::ZERO,
+        mass: 1.0,
+        inertia: None,
+        material: 0,
+        fixed: false,
+    }
+}
+
+/// Bodies that turn meet anew within δ of where they met before, for ever, and sink: that is told before they are δ deep.
+#[test]
+fn bodies_that_turn_rest_on_planes_and_on_each_other() {
+    let upright = Shape::Cylinder { radius: 0.5, half_length: 0.5 };
+    let shapes = [
+        Shape::cuboid(DVec3::ONE).unwrap(),
+        upright.clone(),
+        Shape::Capsule { radius: 0.3, half_length: 0.2 },
+        Shape::Ellipsoid { semi_axes: vector(0.4, 0.3, 0.5) },
+    ];
+    for shape in &shapes {
+        for (height, tilt) in [(0.0, 0.0), (0.3, 0.0), (0.3, 0.2)] {
+            for restitution in [0.0, 0.5, 1.0] {
+                if restitution == 1.0 && height > 0.0 {
+                    continue;
+                }
+                for on_solid in [false, true] {
+                    let mut scene = scene([]);
+                    scene.gravity = vector(0.0, 0.0, -9.81);
+                    scene.restitution = restitution;
+                    if on_solid {
+                        let slab = Shape::cuboid(vector(40.0, 40.0, 1.0)).unwrap();
+                        scene.solids.push(SolidBody { fixed: true, ..solid(0, &slab, vector(0.0, 0.0, -0.5)) });
+                    } else {
+                        scene.planes.push(plane(0, DVec3::Z, 0.0));
+                    }
+                    let mut body = solid(1, shape, vector(0.0, 0.0, 0.5 + height));
+                    let turn = DQuat::from_rotation_x(tilt);
+                    body.orientation = [turn.w, turn.x, turn.y, turn.z];
+                    scene.solids.push(body);
+                    let mut simulation = Simulation::new(scene.build().unwrap().0, true);
+                    let far = simulation.world().clock.at(60.0);
+                    let error = simulation.run(far, 100_000, u64::MAX).unwrap_err();
+                    let told = format!("{shape:?} from {height} tilted {tilt}, e = {restitution}: {error}");
+                    assert_eq!(error.bodies, [0, 1], "{told}");
+                    assert!(matches!(error.cause, Cause::Resting | Cause::Accumulation), "{told}");
+                    // δ of the larger of the two, which is farthest from its centre by this.
+                    let reach = if on_solid { 29.0 } else { 1.0 };
+                    let impacts = simulation.take_impacts();
+                    let deepest = impacts.point.chunks(3).map(|point| point[2]).fold(0.0, f64::min);
+                    assert!(deepest >= -tolerance::CONTACT * reach, "{told}: {deepest}");
+                }
+            }
+        }
+    }
+}
+
+/// A rod that turns pushes a ball before it, with e = 0: a lasting contact without gravity.
+#[test]
+fn a_rod_that_pushes_a_ball_is_a_lasting_contact() {
+    let mut scene = scene([ball(1, vector(1.5, 0.9, 0.0), DVec3::ZERO, 0.3, 1.0)]);
+    scene.restitution = 0.0;
+    let mut rod = solid(0, &Shape::cuboid(vector(4.0, 0.2, 0.2)).unwrap(), DVec3::ZERO);
+    (rod.angular_velocity, rod.mass) = (DVec3::Z, 10.0);
+    scene.solids.push(rod);
+    let mut simulation = start(&scene);
+    let far = simulation.world().clock.at(60.0);
+    let error = simulation.run(far, 10_000, u64::MAX).unwrap_err();
+    assert_eq!((error.cause, error.bodies.as_slice()), (Cause::Accumulation, [0, 1].as_slice()));
 }

@@ -191,11 +191,6 @@ impl Member {
     fn is_plane(&self) -> bool {
         self.form == Some(Form::Plane)
     }
-
-    /// A plane or a mesh.
-    fn has_no_centre(&self) -> bool {
-        self.is_plane() || self.parts.is_empty()
-    }
 }
 
 /// Two bodies, of which one turns or both, or a body and a mesh.
@@ -376,9 +371,9 @@ impl Pair {
         let centre = |member: &Member| member.position_after(seconds);
         let (from_a, from_b) = (|arm| centre(&self.a) + arm, |arm| centre(&self.b) + arm);
         // Seen from A's centre as in a run, but where A is a plane, whose point is any.
-        let place = |a: DVec3, b: DVec3| if self.a.has_no_centre() { from_b(b) } else { from_a(a) };
+        let place = |a: DVec3, b: DVec3| if self.a.is_plane() { from_b(b) } else { from_a(a) };
         let point = place(outcome.centre.a, outcome.centre.b);
-        let position = |member: &Member| if member.has_no_centre() { point } else { centre(member) };
+        let position = |member: &Member| if member.is_plane() { point } else { centre(member) };
         let points = contact.points().iter().zip(outcome.impulses);
         PairImpact {
             time: seconds,

@@ -29,6 +29,8 @@ struct Pair {
     certificate: Certificate,
     normal: DVec3,
     points: Vec<Arms>,
+    /// See [`crate::predict::turning::contact::Contact::is_sunk`].
+    is_sunk: bool,
 }
 
 /// Who touches.
@@ -65,6 +67,9 @@ impl Simulation {
         // A pair by itself has a law without rounding; and what approaches by rounding alone is left to that, too.
         if touching.pairs.len() < 2 || !cluster.approaches() {
             return Ok(None);
+        }
+        if let Some(pair) = touching.pairs.iter().find(|pair| pair.is_sunk) {
+            return Err(self.sunk(pair.sides.map(|place| &touching.sides[place]), now));
         }
         let Some(reflected) = cluster.resolve() else {
             return Err(self.collapse(ball, partner, now, Cause::Reflections));
@@ -296,7 +301,8 @@ impl Touching {
             }
         };
         let sides = sides.map(|side| self.place(side));
-        self.pairs.push(Pair { rank, sides, kind, certificate, normal, points });
+        let is_sunk = contact.is_some_and(|contact| contact.is_sunk);
+        self.pairs.push(Pair { rank, sides, kind, certificate, normal, points, is_sunk });
     }
 
     fn place(&mut self, side: Side) -> usize {
@@ -365,7 +371,7 @@ impl Touching {
                 restitution: points[0].restitution,
                 energy_lost,
                 velocities: [a.twist.velocity, b.twist.velocity, after_a.velocity, after_b.velocity],
-                positions: [a.position, if b.row().is_some() { point - centre.b } else { point }],
+                positions: [a.position, if b.itself.as_plane().is_some() { point } else { point - centre.b }],
                 masses: [a.mass, b.mass],
             };
             impacts.push(if impact.a < impact.b { impact } else { impact.from_the_other_side() });

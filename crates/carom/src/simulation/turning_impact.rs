@@ -73,6 +73,9 @@ impl Simulation {
         if outcome.impulse == 0.0 {
             return self.graze_turning(&sides, now);
         }
+        if contact.is_sunk {
+            return Err(self.sunk([&sides[0], &sides[1]], now));
+        }
         self.refuse_turning(&sides, &law, &outcome, now)?;
         let elastic = restitution == 1.0;
         let outcome = if elastic {
@@ -224,6 +227,19 @@ impl Simulation {
         }
     }
 
+    /// The end of a run in which bodies meet again and again without parting.
+    #[cold]
+    pub(super) fn sunk(&self, [a, b]: [&Side; 2], now: Time) -> CollapseError {
+        let cause = if self.world.gravity != DVec3::ZERO {
+            Cause::Resting
+        } else if self.world.restitution.of(a.material, b.material) < 1.0 {
+            Cause::Accumulation
+        } else {
+            Cause::Resolution
+        };
+        CollapseError { bodies: vec![a.id.min(b.id), a.id.max(b.id)], time: now.to_pair().0, cause }
+    }
+
     /// A contact without approach, as [`Simulation::graze`].
     #[cold]
     fn graze_turning(&mut self, sides: &[Side; 2], now: Time) -> Result<(), CollapseError> {
@@ -320,8 +336,8 @@ fn recorded(
     (kind, certificate): (Kind, Certificate),
 ) -> Impact {
     let point = sides[0].position + outcome.centre.a;
-    // B's centre in the image that A touched; of a plane or a mesh, the point touched.
-    let centre_b = if sides[1].row().is_some() { point - outcome.centre.b } else { point };
+    // B's centre in the image that A touched; of a plane, the point touched.
+    let centre_b = if sides[1].itself.as_plane().is_some() { point } else { point - outcome.centre.b };
     Impact {
         time,
         a: sides[0].id,

@@ -35,6 +35,9 @@ const CAP_POINTS: usize = 8;
 /// Contact points kept; faces with many corners may have more, of which the first that approach count.
 pub const POINTS: usize = 16;
 
+/// So many halves of δ deep, bodies have sunk into each other (a count).
+const SUNK: f64 = 1.5;
+
 /// The corners of what touches, in order around a face; relative to the centre of B, world axes.
 struct Outline {
     feature: Feature,
@@ -245,6 +248,9 @@ pub struct Contact {
     /// Whether B is a triangle that is touched where its neighbours are, so that the normal is theirs: see
     /// [`crate::shape::Touchable`].
     pub is_beside: bool,
+    /// Whether the bodies are deeper in each other than a fresh impact can find them. What was parted gets no deeper than
+    /// rounding, or than δ/2 where it was touching already; so they have met again and again without parting, as what rests does.
+    pub is_sunk: bool,
 }
 
 impl Contact {
@@ -317,6 +323,7 @@ impl Contact {
             curvature_radius: curvature_radius(pair, &a, &b, normal),
             turning: DVec3::ZERO,
             is_beside,
+            is_sunk: !is_beside && pair.gap(normal).0 < -SUNK * tolerance,
         };
         let mut fastest = f64::NEG_INFINITY;
         let mut add = |point: DVec3, turning: &dyn Fn() -> DVec3| {
