@@ -302,7 +302,7 @@ fn walk<R: Turning>(
                 return true;
             }
             let touching = Separation { normal: contact.normal, ..separation };
-            let depth = pair.gap(contact.normal).0;
+            let depth = pair.gap(contact.normal).0.max(separation.gap);
             if contact.is_beside && depth < -BEYOND * close {
                 // A segment of A from the triangle's edge to its deepest point crosses the neighbour: that was met before.
                 return true;

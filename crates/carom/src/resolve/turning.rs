@@ -33,20 +33,21 @@ impl Twist {
 pub struct Mobility {
     /// Mass (kg), infinite if the motion is prescribed.
     pub mass: f64,
-    /// Inverse of the inertia tensor, world axes (1/(kg m²)).
-    pub inverse_inertia: DMat3,
+    /// Principal axes to world, as columns.
+    pub axes: DMat3,
+    /// About them, one over the moments of inertia (1/(kg m²)). The tensor is never multiplied out: of a thin body it is so
+    /// large along one axis that rounding would show along the others.
+    pub inverse_moments: DVec3,
 }
 
 impl Mobility {
     /// Of a body in prescribed motion.
-    pub const NONE: Self = Self { mass: f64::INFINITY, inverse_inertia: DMat3::ZERO };
+    pub const NONE: Self = Self { mass: f64::INFINITY, axes: DMat3::IDENTITY, inverse_moments: DVec3::ZERO };
 
     /// Of a free body with these principal moments (kg m²) about the columns of `axes` (principal axes to world).
     pub fn new(mass: f64, moments: DVec3, axes: DMat3) -> Self {
-        if moments.x == moments.y && moments.y == moments.z {
-            return Self { mass, inverse_inertia: DMat3::from_diagonal(moments.recip()) };
-        }
-        Self { mass, inverse_inertia: axes * DMat3::from_diagonal(moments.recip()) * axes.transpose() }
+        let alike = moments.x == moments.y && moments.y == moments.z;
+        Self { mass, axes: if alike { DMat3::IDENTITY } else { axes }, inverse_moments: moments.recip() }
     }
 
     #[inline(always)]
@@ -62,7 +63,7 @@ impl Mobility {
     /// Δω (rad/s) by the moment of an impulse (N m s).
     #[inline(always)]
     pub(super) fn turn(&self, moment: DVec3) -> DVec3 {
-        self.inverse_inertia * moment
+        self.axes * (self.inverse_moments * (self.axes.transpose() * moment))
     }
 
     /// n·(1/m + (I⁻¹ (r × n)) × r)·n of an impulse at `arm` (1/kg), and its answer at the arm `other`.

@@ -38,6 +38,18 @@ pub const POINTS: usize = 16;
 /// So many halves of δ deep, bodies have sunk into each other (a count).
 const SUNK: f64 = 1.5;
 
+/// How far (m) the gap of two round bodies may be off by rounding: the direction from core to core, whose distance is the sum of
+/// their radii, is known to the digits of where their points are, and goes with how far they reach. Of needles only is it above δ.
+fn gap_rounding(pair: &Pair) -> f64 {
+    let (a, b) = (pair.a.solid, pair.b.solid);
+    let radii = a.rounding + b.rounding;
+    if radii == 0.0 || b.is_half_space() {
+        return 0.0;
+    }
+    let reach = a.reach() + b.reach();
+    8.0 * f64::EPSILON * (pair.offset.length() + reach) * reach / radii
+}
+
 /// The corners of what touches, in order around a face; relative to the centre of B, world axes.
 struct Outline {
     feature: Feature,
@@ -62,6 +74,10 @@ impl Outline {
 
     fn points(&self) -> &[DVec3] {
         &self.points[..self.count]
+    }
+
+    fn shift(&mut self, by: DVec3) {
+        self.points[..self.count].iter_mut().for_each(|point| *point += by);
     }
 
     /// Sides from corner to corner; an edge has one.
@@ -308,9 +324,11 @@ impl Contact {
         let rough = separation.normal;
         let place_a = |p| pair.offset + pair.a.to_world(p) - rough * pair.a.solid.rounding;
         let place_b = |p| pair.b.to_world(p) + rough * pair.b.solid.rounding;
-        let a = outline(pair.a.solid, -pair.a.to_body(rough), tolerance, &place_a);
-        let b = outline(pair.b.solid, pair.b.to_body(rough), tolerance, &place_b);
+        let mut a = outline(pair.a.solid, -pair.a.to_body(rough), tolerance, &place_a);
+        let mut b = outline(pair.b.solid, pair.b.to_body(rough), tolerance, &place_b);
         let asked = normal(pair, &a, &b, rough);
+        a.shift((rough - asked) * pair.a.solid.rounding);
+        b.shift((asked - rough) * pair.b.solid.rounding);
         let normal = touchable(pair, &b, asked);
         let is_beside = normal != asked;
         let on_face = is_beside && triangle_normal(&pair.b).is_some_and(|n| n == normal || n == -normal);
@@ -323,7 +341,7 @@ impl Contact {
             curvature_radius: curvature_radius(pair, &a, &b, normal),
             turning: DVec3::ZERO,
             is_beside,
-            is_sunk: !is_beside && pair.gap(normal).0 < -SUNK * tolerance,
+            is_sunk: !is_beside && pair.gap(normal).0.max(separation.gap) < -SUNK * tolerance - gap_rounding(pair),
         };
         let mut fastest = f64::NEG_INFINITY;
         let mut add = |point: DVec3, turning: &dyn Fn() -> DVec3| {
@@ -416,7 +434,30 @@ fn normal(pair: &Pair, a: &Outline, b: &Outline, rough: DVec3) -> DVec3 {
             return toward_a(cross / length);
         }
     }
-    rough
+    between_cores(pair, a, b, rough).unwrap_or(rough)
+}
+
+/// The direction from B's core to A's where one of them is a point of it and the other a point or a line: of round bodies this
+/// is the normal to rounding, while the direction of the largest gap is known to half of its digits only.
+fn between_cores(pair: &Pair, a: &Outline, b: &Outline, rough: DVec3) -> Option<DVec3> {
+    let [of_a, of_b] = [pair.a.solid.rounding, pair.b.solid.rounding];
+    if of_a + of_b == 0.0 || pair.a.solid.is_curved() || pair.b.solid.is_curved() {
+        return None;
+    }
+    let apart = a.points().first()? - b.points().first()? + rough * (of_a + of_b);
+    let across = |line: &Outline| {
+        let along = line.points[1] - line.points[0];
+        apart - along * (apart.dot(along) / along.length_squared())
+    };
+    let direction = match (a.count, b.count) {
+        (1, 1) => apart,
+        (1, 2) => across(b),
+        (2, 1) => across(a),
+        _ => return None,
+    };
+    let normal = direction / direction.length();
+    // Of bodies that overlap by more than their roundings there is no such direction.
+    (normal.dot(rough) > 0.5).then_some(normal)
 }
 
 /// The normal of a triangle of a mesh, to its front, world axes.
