@@ -86,15 +86,16 @@ def test_rigid_pairs_as_computed_with_60_digits():
             norm(f["velocity"]) + norm(f["angular_velocity"]) * norm(np.subtract(case["point"], f["position"]))
             for f in bodies
         ]
-        condition = 1 + sum(sizes) / case["approach_speed"]
-        allowed = 64 * EPSILON * condition
+        condition = sum(sizes) / case["approach_speed"]
+        allowed = 8 * EPSILON * condition
         assert impact.impulse == pytest.approx(case["impulse"], rel=allowed), number
         assert impact.approach_speed == pytest.approx(case["approach_speed"], rel=allowed), number
-        assert impact.energy_lost == pytest.approx(case["energy_lost"], rel=2 * allowed, abs=1e-300), number
+        # Of 1 - e² rounding leaves fewer digits the nearer e is to 1; as much less of the energy is lost.
+        allowed_loss = 2 * allowed + EPSILON / max(1 - case["restitution"] ** 2, EPSILON)
+        assert impact.energy_lost == pytest.approx(case["energy_lost"], rel=allowed_loss, abs=1e-300), number
         for name in ("velocity_a", "velocity_b", "angular_velocity_a", "angular_velocity_b"):
-            change = norm(np.subtract(case[name], case[name[-1]][name[:-2]]))
-            size = norm(case[name[-1]][name[:-2]]) + change
-            assert norm(getattr(impact, name) - case[name]) <= allowed * change + 8 * EPSILON * size, (number, name)
+            size = max(norm(case[name]), norm(case[name[-1]][name[:-2]]))
+            assert norm(getattr(impact, name) - case[name]) <= allowed * size, (number, name)
 
 
 BALL = {"radius": 0.5, "mass": 1.0, "position": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]}
