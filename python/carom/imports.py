@@ -565,6 +565,7 @@ class GsdSource:
         self.count = int(particles.N)
         if self.count == 0:
             raise ImportFileError("the frame has no particles", ("frame",))
+        self._refuse_other_shapes()
         self._arrays: dict[str, NDArray[Any]] = {
             "position": particles.position,
             "velocity": particles.velocity,
@@ -580,13 +581,25 @@ class GsdSource:
         self.columns = {name: int(np.prod(array.shape[1:])) for name, array in self._arrays.items()}
         self.box = self._read_box()
 
+    def _refuse_other_shapes(self) -> None:
+        """Refuse what would silently become balls: the schema has the shapes of types, an import has radii alone."""
+        particles = self._frame.particles
+        used = set(np.unique(particles.typeid).tolist())
+        for number, shape in enumerate(particles.type_shapes or []):
+            kind = shape.get("type", "Sphere")
+            if number in used and kind != "Sphere":
+                name = particles.types[number]
+                raise ImportFileError(f"has particles of type {name!r}, a {kind}: only spheres are imported", ("file",))
+
     def _diameters(self) -> NDArray[Any]:
         """The diameters of the particles, or of the spheres that are their types' shapes."""
         particles = self._frame.particles
         shapes = particles.type_shapes or []
-        spheres = [shape.get("diameter") if shape.get("type") == "Sphere" else None for shape in shapes]
-        if (particles.diameter == 1).all() and spheres and len(spheres) == len(particles.types) and None not in spheres:
-            return np.array(spheres, dtype=np.float64)[particles.typeid]
+        spheres = [shape.get("diameter", np.nan) if shape.get("type") == "Sphere" else np.nan for shape in shapes]
+        if (particles.diameter == 1).all() and len(spheres) == len(particles.types):
+            diameters = np.array(spheres, dtype=np.float64)[particles.typeid]
+            if np.isfinite(diameters).all():
+                return diameters
         return particles.diameter
 
     def _read_box(self) -> Box:

@@ -207,6 +207,20 @@ def test_diameters_from_the_shapes_of_gsd():
     assert load(file="shapes.gsd").to_spec()["balls"]["radius"].tolist() == [0.25, 1.0]
 
 
+def test_other_shapes_of_gsd_are_refused():
+    """They would become balls without a word; a type that nobody has does not matter."""
+    frame = gsd_frame([[0, 0, 0], [5, 0, 0]])
+    frame.particles.types = ["A", "rod"]
+    frame.particles.type_shapes = [{"type": "Sphere", "diameter": 0.5}, {"type": "ConvexPolyhedron", "vertices": []}]
+    frame.particles.typeid = [0, 0]
+    write_gsd("unused.gsd", frame)
+    assert load(file="unused.gsd").to_spec()["balls"]["radius"].tolist() == [0.25, 0.25]
+    frame.particles.typeid = [0, 1]
+    write_gsd("rods.gsd", frame)
+    with pytest.raises(SceneError, match="type 'rod', a ConvexPolyhedron: only spheres are imported"):
+        load(file="rods.gsd")
+
+
 def test_double_precision_that_was_logged_is_used():
     frame = gsd_frame([[0.1, 0, 0], [5, 0, 0]])
     frame.log["particles/position"] = np.array([[0.1, 0, 0], [5, 0, 0]])
