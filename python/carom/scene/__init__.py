@@ -14,9 +14,8 @@ from typing import Any, NoReturn
 import numpy as np
 from pydantic import ValidationError
 
-from carom import _carom
+from carom import _carom, imports
 from carom.errors import ABSENT, Problem, SceneError
-from carom.imports import Imported, ImportFileError, read_import
 from carom.scene import check, text
 from carom.scene.fill import fill_count
 from carom.scene.model import (
@@ -59,7 +58,7 @@ class Scene:
         """The file as it was named when loading; None if the scene was made from a dict."""
         self.folder = folder
         """The folder from which the files of [[import]] and of meshes are named."""
-        self._imported: list[Imported] = []
+        self._imported: list[imports.Imported] = []
         self._shapes = Shapes(folder)
 
     @classmethod
@@ -137,8 +136,8 @@ class Scene:
             if findings.problems_under(path):
                 continue
             try:
-                self._imported.append(read_import(item, self.folder / item.file, self.dimensions))
-            except ImportFileError as failure:
+                self._imported.append(imports.read_import(item, self.folder / item.file, self.dimensions))
+            except imports.ImportFileError as failure:
                 if failure.place is not None:
                     findings.add((*path, *failure.place), failure.reason)
                 else:

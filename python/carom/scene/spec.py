@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom import _carom
 from carom.errors import ABSENT
-from carom.imports import Imported
 from carom.scene.check import ball_mass, three_moments
 from carom.scene.fill import fill_count
 from carom.scene.model import (
@@ -29,6 +28,9 @@ from carom.scene.model import (
 from carom.scene.problems import Findings
 from carom.scene.problems import Path as FieldPath
 from carom.scene.shapes import IDENTITY, Shapes
+
+if TYPE_CHECKING:
+    from carom.imports import Imported
 
 Floats = NDArray[np.float64]
 
