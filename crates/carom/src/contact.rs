@@ -281,8 +281,7 @@ fn turning_pair(a: &Body, b: &Body) -> Result<Option<turning::Pair>, ContactErro
 
 /// How two bodies stand to each other, by the notes' classification. Balls and planes touch within
 /// [`touching`](crate::tolerance::touching), bodies that turn or meshes within δ,
-/// [`contact`](crate::tolerance::contact). Of several
-/// points that touch, the one that approaches fastest decides.
+/// [`contact`](crate::tolerance::contact). Of several points that touch, the one that approaches fastest decides.
 ///
 /// # Errors
 /// If a value is wrong, or if they overlap deeper than touching.

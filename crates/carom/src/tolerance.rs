@@ -119,6 +119,10 @@ pub const CONTACT: f64 = 1.0 / (1u64 << 40) as f64;
 /// δ is at least this many ε of the distance between the centres (pure number), which is rounded too.
 pub const CONTACT_ROUNDING: f64 = 64.0;
 
+/// So many halves of δ deep, bodies have sunk into each other (a count): fresh impacts are found at rounding, or half of δ deep
+/// where the bodies touched already, and a whole δ must not be passed.
+pub const SUNK: f64 = 1.5;
+
 /// δ (m) for two bodies of at most `size` (m), whose centres are up to `distance` (m) apart during a prediction.
 pub fn contact(size: f64, distance: f64) -> f64 {
     (CONTACT * size).max(CONTACT_ROUNDING * f64::EPSILON * distance)

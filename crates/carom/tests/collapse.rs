@@ -3,18 +3,17 @@
 
 mod support;
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use carom::DVec3;
 use carom::error::{Cause, CollapseError};
 use carom::scene::{Placement, Scene, SolidBody};
-use carom::shape::{BodyGeometry, Shape};
+use carom::shape::Shape;
 use carom::simulation::Simulation;
 use carom::tolerance;
 use carom::world::{Boundary, Domain};
 use glam::DQuat;
-use support::{ball, cube, fixed, gas, plane, positions, run_until, scene, start, vector, velocities};
+use support::{ball, cube, fixed, gas, plane, positions, run_until, scene, solid, start, vector, velocities};
 
 fn bouncing(restitution: f64) -> Scene {
     let mut scene = scene([ball(0, vector(0.0, 0.0, 1.5), DVec3::ZERO, 0.5, 1.0)]);
@@ -192,21 +191,6 @@ fn granular_gas_ends_well() {
         let ended = simulation.run(far, 200_000, u64::MAX);
         println!("e = {restitution}: {ended:?} after {:?}", simulation.counts());
         assert!(simulation.balance().energy_error.abs() < 1e-12);
-    }
-}
-
-fn solid(id: i64, shape: &Shape, position: DVec3) -> SolidBody {
-    SolidBody {
-        id,
-        geometry: Arc::new(BodyGeometry::new(shape).unwrap()),
-        position,
-        orientation: [1.0, 0.0, 0.0, 0.0],
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        mass: 1.0,
-        inertia: None,
-        material: 0,
-        fixed: false,
     }
 }
 

@@ -9,7 +9,7 @@ use carom::DVec3;
 use carom::event::Kind;
 use carom::record::Impact;
 use carom::scene::{MeshBody, Scene, SolidBody};
-use carom::shape::{BodyGeometry, Platonic, Shape, TriangleMesh};
+use carom::shape::{Platonic, Shape, TriangleMesh};
 use carom::simulation::Simulation;
 use glam::DQuat;
 use support::{Lcg, ball, plane, run_impacts, scene, start, vector};
@@ -69,18 +69,7 @@ fn closed_box(half: f64) -> MeshBody {
 }
 
 fn solid(id: i64, shape: &Shape, position: DVec3, velocity: DVec3, angular_velocity: DVec3) -> SolidBody {
-    SolidBody {
-        id,
-        geometry: Arc::new(BodyGeometry::new(shape).unwrap()),
-        position,
-        orientation: [1.0, 0.0, 0.0, 0.0],
-        velocity,
-        angular_velocity,
-        mass: 1.0,
-        inertia: None,
-        material: 0,
-        fixed: false,
-    }
+    SolidBody { velocity, angular_velocity, ..support::solid(id, shape, position) }
 }
 
 fn shapes(size: f64) -> Vec<Shape> {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use carom::DVec3;
 use carom::scene::{MeshBody, Scene, Simultaneous, SolidBody};
-use carom::shape::{BodyGeometry, Shape, TriangleMesh};
+use carom::shape::{Shape, TriangleMesh};
 use carom::simulation::Simulation;
 use carom::world::Boundary;
 
@@ -184,18 +184,7 @@ fn a_ball_dropped_on_two_that_lie_on_a_floor_is_symmetric() {
 }
 
 fn solid(id: i64, shape: Shape, position: DVec3, velocity: DVec3) -> SolidBody {
-    SolidBody {
-        id,
-        geometry: Arc::new(BodyGeometry::new(&shape).expect("a body")),
-        position,
-        orientation: [1.0, 0.0, 0.0, 0.0],
-        velocity,
-        angular_velocity: DVec3::ZERO,
-        mass: 1.0,
-        inertia: None,
-        material: 0,
-        fixed: false,
-    }
+    SolidBody { velocity, ..support::solid(id, &shape, position) }
 }
 
 #[test]

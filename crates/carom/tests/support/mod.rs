@@ -1,8 +1,11 @@
 //! What the tests of physical laws share.
 #![allow(dead_code, missing_docs, clippy::unwrap_used)]
 
+use std::sync::Arc;
+
 use carom::DVec3;
-use carom::scene::{Ball, Balls, Fill, Placement, PlaneBody, RadiusDistribution, Scene};
+use carom::scene::{Ball, Balls, Fill, Placement, PlaneBody, RadiusDistribution, Scene, SolidBody};
+use carom::shape::{BodyGeometry, Shape};
 use carom::simulation::{Simulation, Stop};
 use carom::world::{Boundary, Domain};
 
@@ -34,6 +37,22 @@ pub fn scene(list: impl IntoIterator<Item = Ball>) -> Scene {
 
 pub fn plane(id: i64, normal: DVec3, offset: f64) -> PlaneBody {
     PlaneBody { id, normal: normal.normalize(), offset, velocity: DVec3::ZERO, material: 0 }
+}
+
+/// A free body of mass 1 at rest.
+pub fn solid(id: i64, shape: &Shape, position: DVec3) -> SolidBody {
+    SolidBody {
+        id,
+        geometry: Arc::new(BodyGeometry::new(shape).unwrap()),
+        position,
+        orientation: [1.0, 0.0, 0.0, 0.0],
+        velocity: DVec3::ZERO,
+        angular_velocity: DVec3::ZERO,
+        mass: 1.0,
+        inertia: None,
+        material: 0,
+        fixed: false,
+    }
 }
 
 pub fn cube(kind: Boundary, size: f64) -> Domain {

@@ -6,6 +6,7 @@ use super::bound::{Motion, turning_of_normal};
 use super::distance::{Pair, Separation};
 use super::motion::Pose;
 use super::solid::{Core, Corners, Solid};
+use crate::tolerance::SUNK;
 
 /// The part of a surface that is in contact. Indices are those of the shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,9 +35,6 @@ const CAP_POINTS: usize = 8;
 
 /// Contact points kept; faces with many corners may have more, of which the first that approach count.
 pub const POINTS: usize = 16;
-
-/// So many halves of δ deep, bodies have sunk into each other (a count).
-const SUNK: f64 = 1.5;
 
 /// How far (m) the gap of two round bodies may be off by rounding: the direction from core to core, whose distance is the sum of
 /// their radii, is known to the digits of where their points are, and goes with how far they reach. Of needles only is it above δ.
