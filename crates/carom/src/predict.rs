@@ -20,11 +20,10 @@ use self::lanes::Width;
 use self::row::{Search, Soonest};
 use self::seeker::Seeker;
 use self::surroundings::{TriangleRoom, impact_with_mesh};
-use crate::event::{Certificate, Kind, PairKind, Rank};
+use crate::event::{Certificate, Kind, PairKind, Rank, Upcoming};
 use crate::scene::Simultaneous;
 use crate::time::Time;
 use crate::tolerance::{self, SAME_INSTANT};
-use crate::world::cells::Face;
 use crate::world::lists::Lists;
 use crate::world::nearby::{Gathered, Nearby, PlaneSet};
 use crate::world::{Domain, Partner, World};
@@ -62,9 +61,7 @@ pub struct Predictor {
     falling: bool,
     /// Times (s) less than this apart belong to one instant.
     same: f64,
-    /// Room for a row of balls near, so that no prediction allocates.
-    room: Gathered,
-    /// The same for triangles.
+    /// Room for triangles near, so that no prediction allocates.
     triangles: TriangleRoom,
     /// How what comes next is certified, of each row; empty where nobody turns.
     certificates: Vec<Certificate>,
@@ -202,7 +199,6 @@ impl Predictor {
             straight: world.growth.is_none() && !(falling && any_fixed),
             falling,
             same: SAME_INSTANT * world.clock.span(),
-            room: Gathered::default(),
             triangles: TriangleRoom::default(),
             certificates: if world.turning.is_some() { vec![Certificate::ClosedForm; world.len()] } else { Vec::new() },
             cut_offs: CutOffs::default(),
@@ -242,56 +238,55 @@ impl Predictor {
         &self.periods
     }
 
-    /// The first impact of `ball` with anybody near.
+    /// The first impact of `ball` with anybody near. `room` is room to gather them in, so that no prediction allocates.
     #[inline(always)]
-    pub fn first_impact(&mut self, world: &World, nearby: &Nearby, ball: usize, now: Time) -> First {
-        if let Nearby::Lists(lists) = nearby {
-            if self.meets_turning(world, lists, ball) {
-                return self.first_with_turning(world, lists, ball, now);
-            }
-            return self.first_of(world, lists.row(ball), lists.planes(ball), ball, now);
+    pub fn first_impact(
+        &mut self,
+        world: &World,
+        nearby: &Nearby,
+        ball: usize,
+        now: Time,
+        room: &mut Gathered,
+    ) -> First {
+        if let Nearby::Lists(lists) = nearby
+            && self.meets_turning(world, lists, ball)
+        {
+            return self.first_with_turning(world, lists, ball, now);
         }
-        self.first_gathered(world, nearby, ball, now)
+        let row = nearby.row(world, ball, room);
+        Seeker { world, predictor: self, ball, now }.first(row, nearby.planes(ball))
     }
 
-    /// The same where those near are not on a list, but have to be gathered.
-    #[inline(never)]
-    fn first_gathered(&mut self, world: &World, nearby: &Nearby, ball: usize, now: Time) -> First {
-        let mut room = std::mem::take(&mut self.room);
-        let row = nearby.row(world, ball, &mut room);
-        let first = self.first_of(world, row, nearby.planes(ball), ball, now);
-        self.room = room;
-        first
-    }
-
-    /// The first impacts of both balls of an impact.
+    /// The first impacts of both balls of an impact. Where there are lists, both search before either is foretold: so the
+    /// processor works on one row while it waits for the other.
     #[inline(always)]
-    pub fn first_impacts(&mut self, world: &World, nearby: &Nearby, balls: [usize; 2], now: Time) -> [First; 2] {
+    pub fn first_impacts(
+        &mut self,
+        world: &World,
+        nearby: &Nearby,
+        balls: [usize; 2],
+        now: Time,
+        room: &mut Gathered,
+    ) -> [First; 2] {
         if let Nearby::Lists(lists) = nearby
             && !balls.iter().any(|&ball| self.meets_turning(world, lists, ball))
         {
-            let seekers = balls.map(|ball| Seeker { world, predictor: self, ball, now });
-            if seekers[0].is_plain() && seekers[1].is_plain() {
+            let [a, b] = balls.map(|ball| Seeker { world, predictor: self, ball, now });
+            if a.is_plain() && b.is_plain() {
                 let rows = balls.map(|ball| lists.row(ball));
-                let found = self.search(seekers, rows);
-                // One after the other, not by a closure: so they stay in registers.
-                let first_a = seekers[0].first_with(&found[0], rows[0], lists.planes(balls[0]));
-                let first_b = seekers[1].first_with(&found[1], rows[1], lists.planes(balls[1]));
+                let found = [self.search(a, rows[0]), self.search(b, rows[1])];
+                let first_a = a.first_with(&found[0], rows[0], lists.planes(balls[0]));
+                let first_b = b.first_with(&found[1], rows[1], lists.planes(balls[1]));
                 return [first_a, first_b];
             }
         }
-        balls.map(|ball| self.first_impact(world, nearby, ball, now))
+        balls.map(|ball| self.first_impact(world, nearby, ball, now, room))
     }
 
-    /// Searches rows by whatever registers this machine has.
+    /// Searches a row by whatever registers this machine has.
     #[inline(always)]
-    fn search<const N: usize>(&self, seekers: [Seeker; N], rows: [&[u32]; N]) -> [Soonest; N] {
-        self.width.run(Search { seekers, rows })
-    }
-
-    #[inline(always)]
-    fn first_of(&self, world: &World, row: &[u32], planes: PlaneSet, ball: usize, now: Time) -> First {
-        Seeker { world, predictor: self, ball, now }.first(row, planes)
+    fn search(&self, seeker: Seeker, row: &[u32]) -> Soonest {
+        self.width.run(&Search { seeker, row })
     }
 
     /// Whether `ball` or somebody near turns.
@@ -394,8 +389,8 @@ impl Predictor {
         of_instant.min_by_key(|next| rank(world, ball, next.partner)).copied().unwrap_or(first)
     }
 
-    /// After a passage through the face of a cell: the first impact with the balls newly near, the planes near, and the ball
-    /// that is the first of those that were near before, if there is one.
+    /// After the passage through the face of a cell that was foretold: the first impact with the balls newly near, the planes
+    /// near, and the ball that is the first of those that were near before, if there is one.
     #[inline(never)]
     pub fn first_impact_after_crossing(
         &mut self,
@@ -403,22 +398,22 @@ impl Predictor {
         nearby: &Nearby,
         ball: usize,
         now: Time,
-        face: Face,
-        known: Partner,
+        foretold: &Upcoming,
+        room: &mut Gathered,
     ) -> First {
-        let Nearby::Cells(cells) = nearby else { return self.first_impact(world, nearby, ball, now) };
-        let mut room = std::mem::take(&mut self.room);
+        let (Nearby::Cells(cells), Some(face)) = (nearby, foretold.leaves) else {
+            return self.first_impact(world, nearby, ball, now, room);
+        };
         room.clear();
-        cells.near_after_crossing(ball, world.radii[ball], face, &mut room);
-        if let Some(known) = known.as_ball()
+        cells.near_after_crossing(ball, || world.radii[ball], face, room);
+        if let Some(known) = foretold.partner.as_ball()
             && !room.rows().contains(&(known as u32))
         {
             room.push(known as u32);
         }
         let row = room.filled_up(ball);
         let first = Seeker { world, predictor: self, ball, now }.first_unless_tied(row, nearby.planes(ball));
-        self.room = room;
-        if first.tied { self.first_impact(world, nearby, ball, now) } else { first }
+        if first.tied { self.first_impact(world, nearby, ball, now, room) } else { first }
     }
 }
 

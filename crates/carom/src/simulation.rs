@@ -22,7 +22,7 @@ use crate::record::{Impact, ImpactTable};
 use crate::time::Time;
 use crate::tolerance::SAME_INSTANT;
 use crate::world::cells::Face;
-use crate::world::nearby::Nearby;
+use crate::world::nearby::{Gathered, Nearby};
 use crate::world::turning::TurningBodies;
 use crate::world::{Boundary, Partner, World};
 
@@ -30,8 +30,14 @@ use guard::CollapseGuard;
 pub(crate) use impact::approach_speed;
 pub(crate) use turning_impact::{arms_of, form_of};
 
-/// So many balls are in the processor's cache, with all that is known of them.
-const CACHED: usize = 4000;
+/// So many balls, with all that is known of them, are near enough in the processor's caches that fetching ahead costs more than
+/// it gains: looking into cells is dearer than looking at lists.
+fn cached(nearby: &Nearby) -> usize {
+    match nearby {
+        Nearby::Lists(_) => 4_000,
+        Nearby::Cells(_) => 32_000,
+    }
+}
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,6 +109,10 @@ pub struct Simulation {
     looks_ahead: bool,
     /// The bucket of the calendar at which that was last done.
     looked_ahead: i64,
+    /// Room to gather those near, so that no prediction allocates.
+    room: Gathered,
+    /// Balls in whose [`Upcoming::partner_impacts`] the number is not yet, and how many there are.
+    uncounted: ([u32; 4], usize),
     /// Where the bodies of an impact touch, and room for triangles; kept, so that no impact allocates.
     patch: Patch,
     triangles_near: Vec<u32>,
@@ -133,7 +143,7 @@ impl Simulation {
         }
         let nearby = Nearby::lay_out(&world, now, width);
         let guard = CollapseGuard::new(&world);
-        let looks_ahead = world.len() > CACHED;
+        let looks_ahead = world.len() > cached(&nearby);
         let mut simulation = Self {
             now,
             predictor: Predictor::new(&world, &nearby, width),
@@ -151,6 +161,8 @@ impl Simulation {
             recorded: record.then(ImpactTable::default),
             looks_ahead,
             looked_ahead: -1,
+            room: Gathered::default(),
+            uncounted: ([0; 4], 0),
             patch: Patch::default(),
             triangles_near: Vec::new(),
             watched: false,
@@ -268,6 +280,7 @@ impl Simulation {
     /// brings predictions up to date comes before them.
     #[inline]
     fn take_earliest(&mut self, until: Time) -> Option<Event> {
+        self.count_partners();
         loop {
             let upcoming = &self.upcoming[..];
             let entry = self.queue.earliest(|mark| time_of(upcoming, mark));
@@ -354,58 +367,47 @@ impl Simulation {
     #[inline(never)]
     fn look_ahead(&mut self) {
         self.looked_ahead = self.queue.present();
-        let Nearby::Lists(lists) = &self.nearby else { return };
-        let (world, upcoming) = (&self.world, &self.upcoming[..]);
+        let (world, upcoming, nearby, room) = (&self.world, &self.upcoming[..], &self.nearby, &mut self.room);
         self.queue.prefetch(5);
         self.queue.ahead(3, |mark| {
             let ball = mark.ball as usize;
             prefetch_index(upcoming, ball);
             prefetch_index(&world.flights, ball);
             prefetch_index(&world.bodies, ball);
-            lists.prefetch(ball);
+            prefetch_index(&world.impacts, ball);
+            nearby.prefetch(ball);
         });
         self.queue.ahead(2, |mark| {
             let ball = mark.ball as usize;
-            if upcoming[ball].stamp == mark.stamp {
-                lists.prefetch_row(ball);
-                if let Some(other) = upcoming[ball].partner.as_ball() {
+            let next = &upcoming[ball];
+            if next.stamp == mark.stamp {
+                nearby.prefetch_row(ball, next.leaves);
+                if let Some(other) = next.partner.as_ball() {
+                    prefetch_index(&world.impacts, other);
                     prefetch_index(upcoming, other);
                     prefetch_index(&world.flights, other);
                     prefetch_index(&world.bodies, other);
-                    prefetch_index(&world.impacts, other);
-                    lists.prefetch(other);
+                    nearby.prefetch(other);
                 }
             }
         });
+        // The partner's own event is the same impact, unless what the partner foresaw is older.
+        let surprised = |ball: u32, next: &Upcoming| {
+            let other = next.partner.as_ball().filter(|_| next.is_impact());
+            other.filter(|&other| upcoming[other].partner != Partner::ball(ball))
+        };
         self.queue.ahead(1, |mark| {
-            let ball = mark.ball as usize;
-            let next = &upcoming[ball];
+            let next = &upcoming[mark.ball as usize];
             if next.stamp == mark.stamp {
-                if !next.is_impact() {
-                    lists.prefetch_renewal(world, ball, next.time);
-                } else if let Some(other) = next.partner.as_ball() {
-                    lists.prefetch_row(other);
+                nearby.prefetch_near(world, mark.ball as usize, next, room);
+                if let Some(other) = surprised(mark.ball, next) {
+                    nearby.prefetch_row(other, None);
                 }
-                self.prefetch_near(lists.row(ball));
             }
         });
         for entry in self.queue.at_present() {
-            let ball = entry.mark.ball as usize;
-            let next = &upcoming[ball];
-            if !next.is_impact() {
-                lists.row(ball).iter().for_each(|&near| lists.prefetch_row(near as usize));
-            } else if let Some(other) = next.partner.as_ball() {
-                self.prefetch_near(lists.row(other));
-            }
-        }
-    }
-
-    /// Fetches what a search through a row reads.
-    #[inline(always)]
-    fn prefetch_near(&self, row: &[u32]) {
-        for &near in row {
-            prefetch_index(&self.world.flights, near as usize);
-            prefetch_index(&self.world.impacts, near as usize);
+            let next = &upcoming[entry.mark.ball as usize];
+            nearby.prefetch_last(world, entry.mark.ball as usize, next, surprised(entry.mark.ball, next));
         }
     }
 
@@ -416,6 +418,7 @@ impl Simulation {
             let upcoming = &self.upcoming[..];
             let entry = self.queue.earliest(|mark| time_of(upcoming, mark));
             let Some(entry) = entry.filter(|entry| !end.before(entry.time)) else { return };
+            self.count_partners();
             let ball = entry.mark.ball as usize;
             if self.upcoming[ball].is_impact() {
                 self.queue.remove_earliest();
@@ -471,12 +474,12 @@ impl Simulation {
 
     /// Looks anew at everybody near.
     fn predict(&mut self, ball: usize, now: Time) {
-        let first = self.predictor.first_impact(&self.world, &self.nearby, ball, now);
+        let first = self.predictor.first_impact(&self.world, &self.nearby, ball, now, &mut self.room);
         self.schedule(ball, first, now);
     }
 
     fn predict_both(&mut self, ball: usize, other: usize, now: Time) {
-        let firsts = self.predictor.first_impacts(&self.world, &self.nearby, [ball, other], now);
+        let firsts = self.predictor.first_impacts(&self.world, &self.nearby, [ball, other], now, &mut self.room);
         self.schedule(ball, firsts[0], now);
         self.schedule(other, firsts[1], now);
     }
@@ -492,12 +495,32 @@ impl Simulation {
         let leaving = self.nearby.leaves_before(&self.world, ball, now, first.time);
         let time = leaving.map_or(first.time, |(time, _)| time);
         let stamp = self.upcoming[ball].stamp.wrapping_add(1);
-        let partner_impacts = first.partner.as_ball().map_or(0, |other| self.world.impacts[other]);
         let leaves = leaving.map(|(_, face)| face);
-        self.upcoming[ball] = Upcoming { time, partner: first.partner, partner_impacts, stamp, leaves };
+        self.upcoming[ball] = Upcoming { time, partner: first.partner, partner_impacts: 0, stamp, leaves };
+        if let Some(other) = first.partner.as_ball() {
+            prefetch_index(&self.world.impacts, other);
+            if self.uncounted.1 == self.uncounted.0.len() {
+                self.count_partners();
+            }
+            self.uncounted.0[self.uncounted.1] = ball as u32;
+            self.uncounted.1 += 1;
+        }
         if time.is_reachable() {
             self.queue.push(Entry { time, mark: Mark { ball: ball as u32, stamp } });
         }
+    }
+
+    /// Notes with each new prediction how many impacts its partner has had: not when it was made, but before anybody's next
+    /// impact, when that number has come from memory.
+    #[inline(always)]
+    fn count_partners(&mut self) {
+        for k in 0..self.uncounted.1 {
+            let upcoming = &mut self.upcoming[self.uncounted.0[k] as usize];
+            if let Some(other) = upcoming.partner.as_ball() {
+                upcoming.partner_impacts = self.world.impacts[other];
+            }
+        }
+        self.uncounted.1 = 0;
     }
 
     /// A ball leaves its cell, or the sphere of its list: no state is written, but there are others near now.
@@ -518,8 +541,8 @@ impl Simulation {
         } else if self.is_stale(ball) {
             self.predict(ball, now);
         } else {
-            let (world, nearby, partner) = (&self.world, &self.nearby, upcoming.partner);
-            let first = self.predictor.first_impact_after_crossing(world, nearby, ball, now, face, partner);
+            let (world, nearby, room) = (&self.world, &self.nearby, &mut self.room);
+            let first = self.predictor.first_impact_after_crossing(world, nearby, ball, now, &upcoming, room);
             self.schedule(ball, first, now);
         }
     }

@@ -2,7 +2,7 @@
 //! operation, so that a pair's root has the same bits as alone.
 
 use super::NO_FRACTION;
-use super::lanes::{Lanes, MOST, Work};
+use super::lanes::{Lanes, Twice, Work};
 use super::seeker::Seeker;
 
 /// The first impact of a ball with any of a row.
@@ -22,34 +22,28 @@ impl Soonest {
     const NEVER: Self = Self { after_own_start: f64::INFINITY, seconds: f64::INFINITY, place: 0, next: f64::INFINITY };
 }
 
-/// The search of some balls through a row each, whose length is a multiple of [`MOST`]. Both balls of an impact search at
-/// once, so that the processor can work on one row while it waits for the other.
-pub(super) struct Search<'a, const N: usize> {
-    pub seekers: [Seeker<'a>; N],
-    pub rows: [&'a [u32]; N],
+/// The search of a ball through a row, whose length is a multiple of [`super::lanes::MOST`].
+pub(super) struct Search<'a> {
+    pub seeker: Seeker<'a>,
+    pub row: &'a [u32],
 }
 
-impl<const N: usize> Work for Search<'_, N> {
-    type Output = [Soonest; N];
+impl Work for &Search<'_> {
+    type Output = Soonest;
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> [Soonest; N] {
-        let Self { seekers, rows } = self;
-        let mut found = [Soonest::NEVER; N];
-        for k in 0..N {
-            let (seeker, row) = (&seekers[k], rows[k]);
-            // Right after an impact of its own, nobody's flight is younger.
-            let fresh = seeker.flight().start() == seeker.now;
-            found[k] = match (seeker.predictor.periods.any, seeker.predictor.falling, fresh) {
-                (true, false, true) => soonest::<L, true, false, true>(lanes, seeker, row),
-                (true, false, false) => soonest::<L, true, false, false>(lanes, seeker, row),
-                (false, false, true) => soonest::<L, false, false, true>(lanes, seeker, row),
-                (false, false, false) => soonest::<L, false, false, false>(lanes, seeker, row),
-                (false, true, _) => soonest::<L, false, true, false>(lanes, seeker, row),
-                (true, true, _) => soonest::<L, true, true, false>(lanes, seeker, row),
-            };
+    fn run<L: Lanes>(self, lanes: L) -> Soonest {
+        let (seeker, row) = (&self.seeker, self.row);
+        // Right after an impact of its own, nobody's flight is younger.
+        let fresh = seeker.flight().start() == seeker.now;
+        match (seeker.predictor.periods.any, seeker.predictor.falling, fresh) {
+            (true, false, true) => soonest::<L, true, false, true>(lanes, seeker, row),
+            (true, false, false) => soonest::<L, true, false, false>(lanes, seeker, row),
+            (false, false, true) => soonest::<L, false, false, true>(lanes, seeker, row),
+            (false, false, false) => soonest::<L, false, false, false>(lanes, seeker, row),
+            (false, true, _) => soonest::<L, false, true, false>(lanes, seeker, row),
+            (true, true, _) => soonest::<L, true, true, false>(lanes, seeker, row),
         }
-        found
     }
 }
 
@@ -64,6 +58,17 @@ struct Axis<L: Lanes> {
 }
 
 impl<L: Lanes> Axis<L> {
+    #[inline(always)]
+    fn twice(&self) -> Axis<Twice<L>> {
+        Axis {
+            position: [self.position; 2],
+            velocity: [self.velocity; 2],
+            length: [self.length; 2],
+            inverse: [self.inverse; 2],
+            gravity: [self.gravity; 2],
+        }
+    }
+
     #[inline(always)]
     fn new(l: L, seeker: &Seeker, axis: usize) -> Self {
         Self {
@@ -116,82 +121,159 @@ fn minor<L: Lanes>(l: L, a: L::Numbers, b: L::Numbers, c: L::Numbers, d: L::Numb
 }
 
 /// The first impact of the seeker with any of `row`. `PERIODIC`: some axis is; `FALLING`: all balls fall with the same
-/// acceleration; `FRESH`: the seeker's flight begins now, and nobody's later. (No closures in here: they would not be compiled for `L`.)
+/// acceleration; `FRESH`: the seeker's flight begins now, and nobody's later.
 #[inline(always)]
 fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool, const FRESH: bool>(
     l: L,
     seeker: &Seeker,
     row: &[u32],
 ) -> Soonest {
-    let flights = &seeker.world.flights[..];
-    let zero = l.all(0.0);
-    let never = l.all(f64::INFINITY);
-    let start = seeker.flight().start();
-    let (epoch, offset) = (l.all(start.epoch), l.all(start.offset));
-    let age = l.all(seeker.now.since(start));
-    let axes = [Axis::new(l, seeker, 0), Axis::new(l, seeker, 1), Axis::new(l, seeker, 2)];
-    let (mut best, mut best_seconds, mut best_block, mut second) = (never, never, zero, never);
-    for (block, others) in row.chunks_exact(L::COUNT).enumerate() {
-        let [x, y, z, vx, vy, vz, their_epoch, their_offset] = l.columns(flights, others);
-        let ahead = l.add(l.sub(epoch, their_epoch), l.sub(offset, their_offset));
-        let mine_flown = if FRESH { zero } else { l.max(l.sub(zero, ahead), zero) };
-        let theirs_flown = if FRESH { ahead } else { l.max(ahead, zero) };
-        let flown = [mine_flown, theirs_flown, l.sub(age, mine_flown)];
-        let (rx, vx) = axes[0].seen_from::<PERIODIC, FALLING, FRESH>(l, x, vx, flown);
-        let (ry, vy) = axes[1].seen_from::<PERIODIC, FALLING, FRESH>(l, y, vy, flown);
-        let (rz, vz) = axes[2].seen_from::<PERIODIC, FALLING, FRESH>(l, z, vz, flown);
-        let (r, v) = ([rx, ry, rz], [vx, vy, vz]);
-        let distance = match seeker.predictor.contact_distance {
-            Some(same) => l.all(same),
-            None => l.add(l.all(seeker.radius()), l.gather(&seeker.world.radii, others)),
-        };
-        let b = dot(l, r, v);
-        let squared = dot(l, r, r);
-        let cross = [minor(l, ry, vz, rz, vy), minor(l, rz, vx, rx, vz), minor(l, rx, vy, ry, vx)];
-        let reach = l.mul(distance, distance);
-        let (sweep, miss) = (l.mul(reach, dot(l, v, v)), dot(l, cross, cross));
-        // A square errs by a few ulps: which of those in doubt overlap is told by the distance itself.
-        let doubtful = l.below(squared, l.mul(reach, l.all(1.0 + 8.0 * f64::EPSILON)));
-        let approaching = l.below(b, zero);
-        let hitting = l.below(miss, sweep);
-        if l.bits(l.both(approaching, l.either(hitting, doubtful))) == 0 {
-            continue;
-        }
-        let apart = l.sqrt(squared);
-        let c = l.mul(l.sub(apart, distance), l.add(apart, distance));
-        let discriminant = l.sub(sweep, miss);
-        let flight = l.div(c, l.sub(l.sqrt(l.max(discriminant, zero)), b));
-        // Overlapping and approaching: now.
-        let seconds = l.select(l.below(zero, c), flight, zero);
-        let meets = l.both(approaching, l.either(hitting, l.below(apart, distance)));
-        let after_own_start = l.select(meets, if FRESH { seconds } else { l.add(seconds, mine_flown) }, never);
-        let sooner = l.below(after_own_start, best);
-        second = l.min(second, l.max(best, after_own_start));
-        best = l.select(sooner, after_own_start, best);
-        if !FRESH {
-            best_seconds = l.select(sooner, seconds, best_seconds);
-        }
-        best_block = l.select(sooner, l.all(block as f64), best_block);
+    if row.is_empty() {
+        return Soonest::NEVER;
     }
-    reduce(l, best, if FRESH { best } else { best_seconds }, best_block, second)
+    let ask = Ask::new(l, seeker);
+    if row.len() <= L::COUNT {
+        let meetings = meetings::<L, PERIODIC, FALLING, FRESH>(l, seeker, &ask, row);
+        return Firsts::of(l, meetings).soonest::<FRESH>(l);
+    }
+    let (two, asks) = (Twice(l), ask.twice());
+    let first = meetings::<Twice<L>, PERIODIC, FALLING, FRESH>(two, seeker, &asks, &row[..2 * L::COUNT]);
+    let mut firsts = Firsts::of(two, first);
+    let mut place = 2 * L::COUNT;
+    while place < row.len() {
+        let meetings = if place + 2 * L::COUNT <= row.len() {
+            let others = &row[place..place + 2 * L::COUNT];
+            meetings::<Twice<L>, PERIODIC, FALLING, FRESH>(two, seeker, &asks, others)
+        } else {
+            let (after, seconds) = meetings::<L, PERIODIC, FALLING, FRESH>(l, seeker, &ask, &row[place..]);
+            ([after, l.all(f64::INFINITY)], [seconds; 2])
+        };
+        firsts.consider::<FRESH>(two, meetings, place);
+        place += 2 * L::COUNT;
+    }
+    firsts.soonest::<FRESH>(two)
 }
 
-/// The first over all lanes.
+/// The ball that asks, in all lanes.
+struct Ask<L: Lanes> {
+    axes: [Axis<L>; 3],
+    epoch: L::Numbers,
+    offset: L::Numbers,
+    age: L::Numbers,
+}
+
+impl<L: Lanes> Ask<L> {
+    #[inline(always)]
+    fn new(l: L, seeker: &Seeker) -> Self {
+        let start = seeker.flight().start();
+        Self {
+            axes: [Axis::new(l, seeker, 0), Axis::new(l, seeker, 1), Axis::new(l, seeker, 2)],
+            epoch: l.all(start.epoch),
+            offset: l.all(start.offset),
+            age: l.all(seeker.now.since(start)),
+        }
+    }
+
+    #[inline(always)]
+    fn twice(&self) -> Ask<Twice<L>> {
+        Ask {
+            axes: [self.axes[0].twice(), self.axes[1].twice(), self.axes[2].twice()],
+            epoch: [self.epoch; 2],
+            offset: [self.offset; 2],
+            age: [self.age; 2],
+        }
+    }
+}
+
+/// When the seeker meets each of `others`: seconds from its own start, infinite where it does not, and from the later start. (No
+/// closures in here: they would not be compiled for `L`.)
 #[inline(always)]
-fn reduce<L: Lanes>(l: L, best: L::Numbers, seconds: L::Numbers, block: L::Numbers, second: L::Numbers) -> Soonest {
-    let after_own_start = l.least(best);
-    let firsts = l.equal(best, l.all(after_own_start));
-    let lane = l.bits(firsts).trailing_zeros() as usize % MOST;
-    // The next after the first of one lane, unless several lanes have it.
-    let next = l.least(l.select(firsts, second, best));
-    let tied = l.bits(firsts).count_ones() > 1;
-    let [mut all_seconds, mut blocks] = [[0.0; MOST]; 2];
-    l.store(seconds, &mut all_seconds);
-    l.store(block, &mut blocks);
-    Soonest {
-        after_own_start,
-        seconds: all_seconds[lane],
-        place: blocks[lane] as usize * L::COUNT + lane,
-        next: if tied { after_own_start } else { next },
+fn meetings<L: Lanes, const PERIODIC: bool, const FALLING: bool, const FRESH: bool>(
+    l: L,
+    seeker: &Seeker,
+    ask: &Ask<L>,
+    others: &[u32],
+) -> (L::Numbers, L::Numbers) {
+    let zero = l.all(0.0);
+    let never = l.all(f64::INFINITY);
+    let [x, y, z, vx, vy, vz, their_epoch, their_offset] = l.columns(&seeker.world.flights, others);
+    let ahead = l.add(l.sub(ask.epoch, their_epoch), l.sub(ask.offset, their_offset));
+    let mine_flown = if FRESH { zero } else { l.max(l.sub(zero, ahead), zero) };
+    let theirs_flown = if FRESH { ahead } else { l.max(ahead, zero) };
+    let flown = [mine_flown, theirs_flown, l.sub(ask.age, mine_flown)];
+    let (rx, vx) = ask.axes[0].seen_from::<PERIODIC, FALLING, FRESH>(l, x, vx, flown);
+    let (ry, vy) = ask.axes[1].seen_from::<PERIODIC, FALLING, FRESH>(l, y, vy, flown);
+    let (rz, vz) = ask.axes[2].seen_from::<PERIODIC, FALLING, FRESH>(l, z, vz, flown);
+    let (r, v) = ([rx, ry, rz], [vx, vy, vz]);
+    let distance = match seeker.predictor.contact_distance {
+        Some(same) => l.all(same),
+        None => l.add(l.all(seeker.radius()), l.gather(&seeker.world.radii, others)),
+    };
+    let b = dot(l, r, v);
+    let squared = dot(l, r, r);
+    let cross = [minor(l, ry, vz, rz, vy), minor(l, rz, vx, rx, vz), minor(l, rx, vy, ry, vx)];
+    let reach = l.mul(distance, distance);
+    let (sweep, miss) = (l.mul(reach, dot(l, v, v)), dot(l, cross, cross));
+    let approaching = l.below(b, zero);
+    let hitting = l.below(miss, sweep);
+    // A square errs by a few ulps: which of those in doubt overlap is told by the distance itself.
+    let doubtful = l.below(squared, l.mul(reach, l.all(1.0 + 8.0 * f64::EPSILON)));
+    if l.bits(l.both(approaching, l.either(hitting, doubtful))) == 0 {
+        return (never, zero);
+    }
+    let apart = l.sqrt(squared);
+    let c = l.mul(l.sub(apart, distance), l.add(apart, distance));
+    let discriminant = l.sub(sweep, miss);
+    let flight = l.div(c, l.sub(l.sqrt(l.max(discriminant, zero)), b));
+    // Overlapping and approaching: now.
+    let seconds = l.select(l.below(zero, c), flight, zero);
+    let meets = l.both(approaching, l.either(hitting, l.below(apart, distance)));
+    (l.select(meets, if FRESH { seconds } else { l.add(seconds, mine_flown) }, never), seconds)
+}
+
+/// In each lane, the first meeting so far, where in the row its block begins, and the next after it.
+struct Firsts<L: Lanes> {
+    after_own_start: L::Numbers,
+    seconds: L::Numbers,
+    next: L::Numbers,
+    place: L::Numbers,
+    blocks: usize,
+}
+
+impl<L: Lanes> Firsts<L> {
+    /// Of the first block of a row.
+    #[inline(always)]
+    fn of(l: L, (after_own_start, seconds): (L::Numbers, L::Numbers)) -> Self {
+        Self { after_own_start, seconds, next: l.all(f64::INFINITY), place: l.all(0.0), blocks: 1 }
+    }
+
+    /// With a further block, which begins at `place` in the row.
+    #[inline(always)]
+    fn consider<const FRESH: bool>(&mut self, l: L, (after, seconds): (L::Numbers, L::Numbers), place: usize) {
+        let sooner = l.below(after, self.after_own_start);
+        self.next = l.min(self.next, l.max(self.after_own_start, after));
+        self.after_own_start = l.select(sooner, after, self.after_own_start);
+        if !FRESH {
+            self.seconds = l.select(sooner, seconds, self.seconds);
+        }
+        self.place = l.select(sooner, l.all(place as f64), self.place);
+        self.blocks += 1;
+    }
+
+    /// The first of all lanes.
+    #[inline(always)]
+    fn soonest<const FRESH: bool>(self, l: L) -> Soonest {
+        let after_own_start = l.least(self.after_own_start);
+        let firsts = l.equal(self.after_own_start, l.all(after_own_start));
+        let bits = l.bits(firsts);
+        let lane = bits.trailing_zeros() as usize % L::COUNT;
+        // The next after the first of one lane, unless several lanes have it.
+        let next = l.least(l.select(firsts, self.next, self.after_own_start));
+        Soonest {
+            after_own_start,
+            seconds: if FRESH { after_own_start } else { l.nth(self.seconds, lane) },
+            place: lane + if self.blocks == 1 { 0 } else { l.nth(self.place, lane) as usize },
+            next: if bits & (bits - 1) != 0 { after_own_start } else { next },
+        }
     }
 }

@@ -36,6 +36,9 @@ impl Seeker<'_> {
     #[inline(always)]
     pub fn is_plain(&self) -> bool {
         let Predictor { straight, largest_radii: [largest, second], nearest_image_reach, .. } = *self.predictor;
+        if let Some(distance) = self.predictor.contact_distance {
+            return straight && distance <= nearest_image_reach;
+        }
         let radius = self.radius();
         straight && radius + if radius == largest { second } else { largest } <= nearest_image_reach
     }
@@ -53,7 +56,7 @@ impl Seeker<'_> {
         if !self.is_plain() {
             return self.first_one_by_one(row, self.first_plane(planes));
         }
-        let [soonest] = self.predictor.search([*self], [row]);
+        let soonest = self.predictor.search(*self, row);
         self.considering(&soonest, row, self.first_plane(planes))
     }
 

@@ -336,7 +336,7 @@ fn overlaps(world: &World, start: Time) -> Vec<Overlap> {
     for a in 0..world.len() {
         let first = found.len();
         near.clear();
-        cells.near(a, world.radii[a], &mut near);
+        cells.near(a, || world.radii[a], &mut near);
         for b in near.rows().iter().map(|&b| b as usize) {
             if b <= a || (world.is_fixed(a) && world.is_fixed(b)) {
                 continue;

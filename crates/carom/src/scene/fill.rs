@@ -588,7 +588,7 @@ fn clear(
     position: DVec3,
 ) -> bool {
     near.clear();
-    cells.near_point(ball, position, radii[ball], near);
+    cells.near_point(ball, position, || radii[ball], near);
     near.rows().iter().map(|&other| other as usize).all(|other| {
         let mut r = position - positions[other];
         for axis in 0..3 {

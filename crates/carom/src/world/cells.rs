@@ -13,11 +13,14 @@ use std::cmp::Ordering;
 use std::ops::Range;
 
 use glam::DVec3;
+use prefetch_index::prefetch_index;
 
 use super::nearby::{BLOCK, Gathered, PlaneSet};
 use super::{Boundary, Domain, World};
+use crate::flight::Flight;
 use crate::frugal::{filled, make_room};
 use crate::predict::crossing;
+use crate::predict::lanes::MOST;
 use crate::time::Time;
 use crate::tolerance::CELL_MARGIN;
 
@@ -66,6 +69,10 @@ struct Level {
     width: DVec3,
     /// Row of its first cell.
     first: usize,
+    /// What a coordinate along each axis and those beside it add to the row of a cell: one lower, itself, one higher.
+    beside: [Vec<[u32; 3]>; 3],
+    /// How many of these three are different.
+    different: [usize; 3],
     largest_radius: f64,
     smallest_radius: f64,
 }
@@ -165,6 +172,11 @@ impl Cells {
                 count,
                 width: extent / DVec3::from_array(count.map(f64::from)),
                 first: cells,
+                beside: std::array::from_fn(|axis| {
+                    let stride: i32 = count[..axis].iter().product();
+                    (0..count[axis]).map(|k| neighbours(k, count[axis]).map(|k| (k * stride) as u32)).collect()
+                }),
+                different: count.map(|n| n.min(3) as usize),
                 largest_radius: most,
                 smallest_radius: least,
             });
@@ -407,89 +419,151 @@ impl Cells {
         self.free.push(row as u32);
     }
 
+    /// Fetches into the cache where the ball's place is noted.
+    #[inline(always)]
+    pub fn prefetch(&self, ball: usize) {
+        prefetch_index(&self.places, ball);
+    }
+
+    /// Fetches the cells of the ball's own level that it will look at next: if it goes through `face`, those behind it, the one
+    /// it comes from and the one it goes to; otherwise all at and beside its own.
+    #[inline(always)]
+    pub fn prefetch_cells(&self, ball: usize, face: Option<Face>) {
+        let (level, coordinate) = self.next_place(ball, face);
+        if face.is_some() {
+            prefetch_index(&self.cells, self.places[ball].cell as usize);
+            prefetch_index(&self.cells, level.row(coordinate));
+        }
+        let [(x, columns), (y, rows), (z, planes)] = level.beside(coordinate, face);
+        for &z in &z[..planes] {
+            for &y in &y[..rows] {
+                let row = level.first + (z + y) as usize;
+                prefetch_index(&self.cells, row + x[0] as usize);
+                // Three cells side by side are in no more than two lines of the cache, unless the row closes on itself there.
+                prefetch_index(&self.cells, row + x[columns - 1] as usize);
+            }
+        }
+    }
+
+    /// Fetches `flights` of whoever is in these cells.
+    #[inline(always)]
+    pub fn prefetch_near(&self, ball: usize, face: Option<Face>, flights: &[Flight], room: &mut Gathered) {
+        let (level, coordinate) = self.next_place(ball, face);
+        room.clear();
+        self.gather_beside(level, coordinate, face, room);
+        room.rows().iter().for_each(|&near| prefetch_index(flights, near as usize));
+    }
+
+    /// A ball's level, and its cell there once it has gone through `face`.
+    #[inline(always)]
+    fn next_place(&self, ball: usize, face: Option<Face>) -> (&Level, [i32; 3]) {
+        let place = &self.places[ball];
+        let level = &self.levels[place.level as usize];
+        let mut coordinate = level.coordinate(place);
+        // On coarser levels than the finest it may not leave its cell yet: what is fetched in vain does no harm.
+        if let Some(Face { axis, upward }) = face {
+            let axis = usize::from(axis);
+            coordinate[axis] = level.closed(axis, coordinate[axis] + if upward { 1 } else { -1 });
+        }
+        (level, coordinate)
+    }
+
     /// Adds to `found` every ball that `ball`, of `radius` (m), can meet before either leaves its cell; and the ball itself.
     #[inline]
-    pub fn near(&self, ball: usize, radius: f64, found: &mut Gathered) {
+    pub fn near(&self, ball: usize, radius: impl Fn() -> f64, found: &mut Gathered) {
         self.near_place(&self.places[ball], radius, found);
     }
 
     /// As [`Cells::near`], were the ball at `position` (m).
-    pub fn near_point(&self, ball: usize, position: DVec3, radius: f64, found: &mut Gathered) {
+    pub fn near_point(&self, ball: usize, position: DVec3, radius: impl Fn() -> f64, found: &mut Gathered) {
         let place = Place { coordinate: self.coordinate_at(position), ..self.places[ball] };
         self.near_place(&place, radius, found);
     }
 
     #[inline(always)]
-    fn near_place(&self, place: &Place, radius: f64, found: &mut Gathered) {
+    fn near_place(&self, place: &Place, radius: impl Fn() -> f64, found: &mut Gathered) {
         for (row, level) in self.levels.iter().enumerate() {
             let coordinate = level.coordinate(place);
             if row as u32 <= place.level {
-                self.beside(level, coordinate, None, found);
+                self.gather_beside(level, coordinate, None, found);
             } else {
-                self.shell(level, coordinate, radius, found);
+                self.shell(level, coordinate, radius(), found);
             }
         }
     }
 
     /// As [`Cells::near`], after a passage through `face`: of balls of its own class, only those in the cells behind it.
     #[inline]
-    pub fn near_after_crossing(&self, ball: usize, radius: f64, face: Face, found: &mut Gathered) {
+    pub fn near_after_crossing(&self, ball: usize, radius: impl Fn() -> f64, face: Face, found: &mut Gathered) {
         let place = &self.places[ball];
         for (row, level) in self.levels.iter().enumerate() {
             let coordinate = level.coordinate(place);
             let all_new = level.shift > 0 || level.count[face.axis as usize] < 4;
             match (row as u32).cmp(&place.level) {
-                Ordering::Equal if !all_new => self.beside(level, coordinate, Some(face), found),
-                Ordering::Less | Ordering::Equal => self.beside(level, coordinate, None, found),
-                Ordering::Greater => self.shell(level, coordinate, radius, found),
+                Ordering::Equal if !all_new => self.gather_beside(level, coordinate, Some(face), found),
+                Ordering::Less | Ordering::Equal => self.gather_beside(level, coordinate, None, found),
+                Ordering::Greater => self.shell(level, coordinate, radius(), found),
             }
         }
     }
 
-    /// The cells at and beside a coordinate; only those behind `face`, if there is one.
+    /// Adds whoever is in the cells at and beside a coordinate; only in those behind `face`, if there is one.
     #[inline(always)]
-    fn beside(&self, level: &Level, coordinate: [i32; 3], face: Option<Face>, found: &mut Gathered) {
-        let mut beside = [
-            neighbours(coordinate[0], level.count[0]),
-            neighbours(coordinate[1], level.count[1]),
-            neighbours(coordinate[2], level.count[2]),
-        ];
-        if let Some(face) = face {
-            let axis = &mut beside[face.axis as usize];
-            *axis = ([if face.upward { axis.0[2] } else { axis.0[0] }; 3], 1);
+    fn gather_beside(&self, level: &Level, coordinate: [i32; 3], face: Option<Face>, found: &mut Gathered) {
+        let first = level.first;
+        if level.different != [3; 3] {
+            let [(x, columns), (y, rows), (z, planes)] = level.beside(coordinate, face);
+            return self.gather_block(first, [&x[..columns], &y[..rows], &z[..planes]], found);
         }
-        let [(x, columns), (y, rows), (z, planes)] = beside;
-        let free = found.block();
+        // Almost always: loops of known length.
+        let [x, y, z] = [0, 1, 2].map(|axis| &level.beside[axis][coordinate[axis] as usize]);
+        match face {
+            None => self.gather_block(first, [x, y, z], found),
+            Some(Face { axis: 0, upward }) => self.gather_block(first, [behind(x, upward), y, z], found),
+            Some(Face { axis: 1, upward }) => self.gather_block(first, [x, behind(y, upward), z], found),
+            Some(Face { upward, .. }) => self.gather_block(first, [x, y, behind(z, upward)], found),
+        }
+    }
+
+    /// Adds whoever is in the cells whose rows are `first` and one of each axis.
+    #[inline(always)]
+    fn gather_block(&self, first: usize, [x, y, z]: [&[u32]; 3], found: &mut Gathered) {
+        // While no cell is crowded, its fill is how many are in it.
         let mut count = 0;
-        let mut fills = 0;
-        for &z in &z[..planes] {
-            for &y in &y[..rows] {
-                let row = level.first + ((z * level.count[1] + y) * level.count[0]) as usize;
-                for &x in &x[..columns] {
-                    let cell = &self.cells[row + x as usize];
-                    // 27 cells hold less than a block: the remainder only tells the compiler so.
-                    let place = count % BLOCK;
-                    free[place..place + SLOTS + 1].copy_from_slice(&cell.0);
-                    count += cell.len();
-                    fills |= cell.fill();
+        // 27 cells hold less than a block: the remainder only tells the compiler so.
+        let mut copy = |free: &mut [u32; BLOCK + MOST], cell: &Cell| {
+            let place = count % BLOCK;
+            free[place..place + SLOTS + 1].copy_from_slice(&cell.0);
+            count += cell.fill() as usize;
+        };
+        let free = found.block();
+        let side_by_side = x.len() == 3 && x[0] + 2 == x[2];
+        for &z in z {
+            for &y in y {
+                let row = first + (z + y) as usize;
+                if side_by_side {
+                    if let Some((cells, _)) = self.cells[row + x[0] as usize..].split_first_chunk::<3>() {
+                        cells.iter().for_each(|cell| copy(free, cell));
+                    }
+                } else {
+                    x.iter().for_each(|&x| copy(free, &self.cells[row + x as usize]));
                 }
             }
         }
-        if fills > SLOTS as u32 {
-            return self.beside_crowded(level, beside, found);
+        if count > SLOTS * x.len() * y.len() * z.len() {
+            return self.gather_crowded_block(first, [x, y, z], found);
         }
         found.add_free(count);
     }
 
     /// The same where a cell holds more than it has room for.
     #[cold]
-    fn beside_crowded(&self, level: &Level, beside: [([i32; 3], usize); 3], found: &mut Gathered) {
-        let [(x, columns), (y, rows), (z, planes)] = beside;
-        for &z in &z[..planes] {
-            for &y in &y[..rows] {
-                for &x in &x[..columns] {
+    fn gather_crowded_block(&self, first: usize, [x, y, z]: [&[u32]; 3], found: &mut Gathered) {
+        for &z in z {
+            for &y in y {
+                for &x in x {
                     found.make_room(SLOTS + 1);
-                    self.gather(level.row([x, y, z]), found);
+                    self.gather(first + (z + y + x) as usize, found);
                 }
             }
         }
@@ -635,6 +709,18 @@ impl Level {
         [self.closed(0, x >> self.shift), self.closed(1, y >> self.shift), self.closed(2, z >> self.shift)]
     }
 
+    /// What the cells at and beside a coordinate add to [`Level::first`] along each axis, and how many there are.
+    #[inline(always)]
+    fn beside(&self, coordinate: [i32; 3], face: Option<Face>) -> [([u32; 3], usize); 3] {
+        std::array::from_fn(|axis| {
+            let beside = self.beside[axis][coordinate[axis] as usize];
+            match face {
+                Some(face) if usize::from(face.axis) == axis => ([behind(&beside, face.upward)[0]; 3], 1),
+                _ => (beside, self.different[axis]),
+            }
+        })
+    }
+
     /// A coordinate in a row that closes on itself.
     #[inline(always)]
     fn closed(&self, axis: usize, coordinate: i32) -> i32 {
@@ -655,17 +741,20 @@ impl Level {
     }
 }
 
-/// The distinct cells at and beside `coordinate` in a closed row: [one lower, itself, one higher] where there are three.
+/// Of three side by side, the one behind a face.
 #[inline(always)]
-fn neighbours(coordinate: i32, count: i32) -> ([i32; 3], usize) {
+fn behind(beside: &[u32; 3], upward: bool) -> &[u32; 1] {
+    let [low, _, high] = beside;
+    std::array::from_ref(if upward { high } else { low })
+}
+
+/// A coordinate and those beside it in a closed row: one lower, itself, one higher, where there are three; the different ones
+/// first, where there are fewer.
+fn neighbours(coordinate: i32, count: i32) -> [i32; 3] {
     match count {
-        1 => ([0; 3], 1),
-        2 => ([0, 1, 0], 2),
-        _ => {
-            let low = if coordinate == 0 { count - 1 } else { coordinate - 1 };
-            let high = if coordinate == count - 1 { 0 } else { coordinate + 1 };
-            ([low, coordinate, high], 3)
-        }
+        1 => [0; 3],
+        2 => [0, 1, 0],
+        _ => [(coordinate + count - 1) % count, coordinate, (coordinate + 1) % count],
     }
 }
 

@@ -162,6 +162,12 @@ impl Lists {
         }
     }
 
+    /// Fetches the flights of those on the ball's list.
+    #[inline(always)]
+    pub fn prefetch_near(&self, world: &World, ball: usize) {
+        self.row(ball).iter().for_each(|&near| prefetch_index(&world.flights, near as usize));
+    }
+
     /// Fetches what making the ball's list anew at `time` will look through.
     #[inline(never)]
     pub fn prefetch_renewal(&self, world: &World, ball: usize, time: Time) {

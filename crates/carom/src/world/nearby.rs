@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::World;
 use super::cells::{Cells, Face};
 use super::lists::Lists;
+use crate::event::Upcoming;
 use crate::predict::lanes::{MOST, Width};
 use crate::time::Time;
 use crate::tolerance::CELL_MARGIN;
@@ -36,13 +37,57 @@ impl Nearby {
             Self::Lists(lists) => lists.row(ball),
             Self::Cells(cells) => {
                 room.clear();
-                cells.near(ball, world.radii[ball], room);
+                cells.near(ball, || world.radii[ball], room);
                 if world.is_fixed(ball) {
                     // Two bodies in prescribed motion pass through each other.
                     room.retain(|other| !world.is_fixed(other as usize));
                 }
                 room.filled_up(ball)
             }
+        }
+    }
+
+    /// Fetches into the cache where the ball's place is noted.
+    #[inline(always)]
+    pub fn prefetch(&self, ball: usize) {
+        match self {
+            Self::Cells(cells) => cells.prefetch(ball),
+            Self::Lists(lists) => lists.prefetch(ball),
+        }
+    }
+
+    /// Fetches where it stands who is near, or will be when the ball `leaves` its place.
+    #[inline(always)]
+    pub fn prefetch_row(&self, ball: usize, leaves: Option<Face>) {
+        match self {
+            Self::Cells(cells) => cells.prefetch_cells(ball, leaves),
+            Self::Lists(lists) => lists.prefetch_row(ball),
+        }
+    }
+
+    /// Fetches those who are near, or will be when the ball leaves its place; and what making its list anew looks through.
+    #[inline(always)]
+    pub fn prefetch_near(&self, world: &World, ball: usize, next: &Upcoming, room: &mut Gathered) {
+        match self {
+            Self::Cells(cells) => cells.prefetch_near(ball, next.leaves, &world.flights, room),
+            Self::Lists(lists) => {
+                if !next.is_impact() {
+                    lists.prefetch_renewal(world, ball, next.time);
+                }
+                lists.prefetch_near(world, ball);
+            }
+        }
+    }
+
+    /// Fetches what is known only now to be needed: for a new list, the lists of those on the old one; for an impact, those near
+    /// a partner who is `surprised`.
+    #[inline(always)]
+    pub fn prefetch_last(&self, world: &World, ball: usize, next: &Upcoming, surprised: Option<usize>) {
+        let Self::Lists(lists) = self else { return };
+        if !next.is_impact() {
+            lists.row(ball).iter().for_each(|&near| lists.prefetch_row(near as usize));
+        } else if let Some(other) = surprised {
+            lists.prefetch_near(world, other);
         }
     }
 
