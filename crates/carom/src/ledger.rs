@@ -189,7 +189,7 @@ fn totals(world: &World, now: Time) -> Totals {
 /// Moment of gravity (N m s) about the origin over the ball's present flight until `time`: ∫ x(t) × m g dt in closed form
 /// (the part along g of x(t) has no moment, so x₀ t + v₀ t²/2 is enough).
 pub fn gravity_moment(world: &World, ball: usize, time: Time) -> DVec3 {
-    if world.gravity == DVec3::ZERO || world.is_fixed(ball) {
+    if !world.falls(ball) {
         return DVec3::ZERO;
     }
     let flight = &world.flights[ball];

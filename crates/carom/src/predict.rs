@@ -83,7 +83,7 @@ pub fn ball_plane_impact(world: &World, ball: usize, row: usize) -> Time {
         // As `Seeker::rest`; under gravity a contact that lasts is an error of its own.
         Some(0.0)
             if !in_contact
-                && world.gravity == DVec3::ZERO
+                && !world.has_gravity()
                 && (world.restitution.of(world.bodies[ball].material, plane.material) == 0.0
                     || world.simultaneous == Simultaneous::Reflections) =>
         {
@@ -189,7 +189,7 @@ impl Predictor {
         let [largest, _] = largest_radii;
         let of_one_size = world.radii.iter().all(|&radius| radius == largest);
         let any_fixed = (0..world.len()).any(|ball| world.is_fixed(ball));
-        let falling = world.gravity != DVec3::ZERO;
+        let falling = world.has_gravity();
         Self {
             width,
             periods: Periods::of(&world.domain),

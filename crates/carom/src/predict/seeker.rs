@@ -188,7 +188,7 @@ impl Seeker<'_> {
         } else if let Some(growth) = &world.growth {
             let (distance, rate) = (contact_distance * growth.factor(start), contact_distance * growth.rate);
             ball_ball::time_of_impact_growing(r, v, distance, rate)
-        } else if fixed == other_fixed || world.gravity == DVec3::ZERO {
+        } else if fixed == other_fixed || !world.has_gravity() {
             ball_ball::time_of_impact(r, v, contact_distance)
                 .and_then(|seconds| if seconds == 0.0 { self.rest(other, r, v) } else { Some(seconds) })
         } else {

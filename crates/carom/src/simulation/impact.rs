@@ -12,7 +12,7 @@ use crate::resolve::newton::{Contact, Outcome};
 use crate::scene::Simultaneous;
 use crate::time::Time;
 use crate::tolerance::touching;
-use crate::world::Partner;
+use crate::world::{Partner, is_zero};
 
 /// A ball's centre (m) and velocity (m/s) at its impact, still in the image where its flight began.
 #[derive(Clone, Copy)]
@@ -222,13 +222,13 @@ impl Simulation {
             // Its one flight lasts for ever.
             return;
         }
-        if self.world.gravity != DVec3::ZERO {
+        if self.world.has_gravity() {
             self.ledger.gravity_moment.add(gravity_moment(&self.world, ball, now));
         }
         let mut position = arrived;
         if self.world.domain.is_periodic() {
             let passed = self.predictor.periods().images_passed(position);
-            if passed != DVec3::ZERO {
+            if !is_zero(passed) {
                 position -= passed * self.world.domain.size;
                 self.put_back(ball, passed.to_array().map(|x| x as i32));
             }
@@ -259,7 +259,7 @@ impl Simulation {
         for ((ball, partner), arrived) in bodies.into_iter().zip(arrived) {
             let again = self.world.bodies[ball].last_partner == partner && self.world.flights[ball].start() == now;
             if again && !self.world.is_fixed(ball) {
-                let resting = self.world.gravity != DVec3::ZERO;
+                let resting = self.world.has_gravity();
                 let cause = if resting { Cause::Resting } else { Cause::Resolution };
                 return Err(self.collapse(ball, partner, now, cause));
             }

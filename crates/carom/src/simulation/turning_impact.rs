@@ -230,7 +230,7 @@ impl Simulation {
     /// The end of a run in which bodies meet again and again without parting.
     #[cold]
     pub(super) fn sunk(&self, [a, b]: [&Side; 2], now: Time) -> CollapseError {
-        let cause = if self.world.gravity != DVec3::ZERO {
+        let cause = if self.world.has_gravity() {
             Cause::Resting
         } else if self.world.restitution.of(a.material, b.material) < 1.0 {
             Cause::Accumulation
@@ -247,7 +247,7 @@ impl Simulation {
             let (Some(row), partner) = (sides[k].row(), sides[other].itself) else { continue };
             let again = self.world.bodies[row].last_partner == partner && self.world.flights[row].start() == now;
             if again && sides[k].is_free() {
-                let resting = self.world.gravity != DVec3::ZERO;
+                let resting = self.world.has_gravity();
                 return Err(self.collapse(row, partner, now, if resting { Cause::Resting } else { Cause::Resolution }));
             }
             self.settle_turning(&sides[k], partner, sides[k].twist, now);

@@ -300,11 +300,10 @@ impl Cells {
     #[inline(always)]
     pub fn next_crossing(&self, world: &World, ball: usize, now: Time) -> (Time, Face) {
         let flight = &world.flights[ball];
-        let acceleration = world.acceleration(ball);
         let elapsed = now.since(flight.start());
         let mut least = f64::INFINITY;
         let mut face = Face::NONE;
-        if acceleration == DVec3::ZERO {
+        if !world.falls(ball) {
             let (position, velocity) = (flight.position().to_array(), flight.velocity().to_array());
             for axis in 0..3 {
                 let (x, v) = (position[axis], velocity[axis]);
@@ -321,6 +320,7 @@ impl Cells {
             }
             return (world.clock.after(flight.start(), least), face);
         }
+        let acceleration = world.gravity;
         for axis in 0..3 {
             let Some((low, high)) = self.bounds(ball, axis) else { continue };
             let (x, v, a) = (flight.position()[axis], flight.velocity()[axis], acceleration[axis]);

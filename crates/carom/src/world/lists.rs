@@ -189,7 +189,7 @@ impl Lists {
     /// there then.
     #[inline(always)]
     pub fn stays_until(&self, world: &World, ball: usize, now: Time, time: Time) -> bool {
-        if world.gravity != DVec3::ZERO || !time.is_reachable() {
+        if world.has_gravity() || !time.is_reachable() {
             return false;
         }
         let flight = &world.flights[ball];
@@ -207,7 +207,7 @@ impl Lists {
         let from_centre = world.position(ball, now) - self.shells[ball].centre;
         let within = self.displacement * self.displacement - from_centre.length_squared();
         let speed_squared = velocity.length_squared();
-        let seconds = if world.gravity == DVec3::ZERO || world.is_fixed(ball) {
+        let seconds = if !world.falls(ball) {
             // |d + v t| = D, in the form that is stable for each sign of d·v.
             let outward = from_centre.dot(velocity);
             let root = (outward * outward + speed_squared * within).max(0.0).sqrt();
@@ -217,7 +217,7 @@ impl Lists {
             let (gap, speed) = (self.displacement - from_centre.length(), speed_squared.sqrt());
             2.0 * gap / (speed + (speed_squared + 2.0 * world.gravity.length() * gap).max(0.0).sqrt())
         };
-        match (seconds.is_nan(), world.gravity == DVec3::ZERO || world.is_fixed(ball)) {
+        match (seconds.is_nan(), !world.falls(ball)) {
             // A ball at rest never leaves (0/0), unless it falls from the very rim.
             (true, true) => Time::NEVER,
             (true, false) => now,
