@@ -151,7 +151,10 @@ impl Bins {
         for z in z - 1..=z + 1 {
             for y in y - 1..=y + 1 {
                 for x in x - 1..=x + 1 {
-                    prefetch_index(&self.bins, grid.bin([x, y, z]));
+                    // Two lines of the cache.
+                    let bin = grid.bin([x, y, z]);
+                    prefetch_index(&self.bins, bin);
+                    prefetch_index(&self.bins[bin].balls, 0);
                 }
             }
         }
