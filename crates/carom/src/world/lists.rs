@@ -269,6 +269,11 @@ impl Lists {
         let mut found = std::mem::take(&mut self.found);
         found.clear();
         self.bins.near(lanes, centre, self.sphere(world, ball), &mut found);
+        // All at once before one after the other.
+        for &other in found.rows() {
+            self.prefetch(other as usize);
+            prefetch_index(&world.flights, other as usize);
+        }
         for &other in found.rows() {
             let apart = self.periods.nearest(centre - self.shells[other as usize].centre);
             let within = radius + world.radii[other as usize] + reach;
