@@ -154,7 +154,7 @@ impl Bins {
                     // Two lines of the cache.
                     let bin = grid.bin([x, y, z]);
                     prefetch_index(&self.bins, bin);
-                    prefetch_index(&self.bins[bin].balls, 0);
+                    prefetch_index(self.bins[bin].balls, 0);
                 }
             }
         }
