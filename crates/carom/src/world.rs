@@ -226,7 +226,7 @@ pub struct World {
     pub radii: Vec<f64>,
     /// What else an impact needs.
     pub bodies: Vec<Body>,
-    /// Impacts so far, apart from the rest because predictions look at those of many: another count, and a prediction is
+    /// Impacts so far, apart from the rest because predictions ask for those of others: another count, and a prediction is
     /// stale.
     pub impacts: Vec<u32>,
     /// Periodic images: how many sizes the ball has travelled beyond its stored position. Empty without periodic axes.

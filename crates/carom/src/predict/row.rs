@@ -273,7 +273,7 @@ impl<L: Lanes> Firsts<L> {
             after_own_start,
             seconds: if FRESH { after_own_start } else { l.nth(self.seconds, lane) },
             place: lane + if self.blocks == 1 { 0 } else { l.nth(self.place, lane) as usize },
-            next: if bits & (bits - 1) != 0 { after_own_start } else { next },
+            next: if bits.count_ones() > 1 { after_own_start } else { next },
         }
     }
 }
