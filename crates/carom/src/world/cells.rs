@@ -529,7 +529,8 @@ impl Cells {
     /// Adds whoever is in the cells whose rows are `first` and one of each axis.
     #[inline(always)]
     fn gather_block(&self, first: usize, [x, y, z]: [&[u32]; 3], found: &mut Gathered) {
-        // While no cell is crowded, its fill is how many are in it.
+        // While no cell is crowded, its fill is how many are in it. The fill of one that is crowded tells of a further cell, which
+        // comes after all of the grid: eight times its row is more than all of these can hold.
         let mut count = 0;
         // 27 cells hold less than a block: the remainder only tells the compiler so.
         let mut copy = |free: &mut [u32; BLOCK + MOST], cell: &Cell| {
@@ -696,4 +697,45 @@ fn levels_of(radii: &[f64], base: &[i32; 3], extent: DVec3, smallest: f64, singl
         }
     }
     (level_of, finest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Balls heaped in one place: full, crowded and empty cells, in grids of one cell a side and more.
+    #[test]
+    fn whoever_is_in_the_cells_beside_is_gathered_once() {
+        let mut found = Gathered::default();
+        for size in [1.5, 2.5, 3.5, 4.5, 8.5] {
+            let domain = Domain { boundary: [Boundary::Periodic; 3], size: DVec3::splat(size) };
+            let mut cells = Cells::new(&domain, &[0.49; 40], DVec3::ZERO, DVec3::ZERO);
+            // Squares of fractions heap up at zero.
+            let fraction = |k: usize, a: f64| (k as f64 * a).fract() * (k as f64 * a).fract();
+            let position = |k: usize| DVec3::new(fraction(k, 0.618), fraction(k, 0.414), fraction(k, 0.732)) * size;
+            let positions: Vec<DVec3> = (0..40).map(|k| position(k) - 0.5 * domain.size).collect();
+            (0..40).for_each(|ball| cells.insert(ball, positions[ball]));
+            let count = cells.levels[0].count;
+            let place = |ball: usize| cells.places[ball].coordinate;
+            let steps = |a: i32, b: i32, count: i32| (a - b).rem_euclid(count).min((b - a).rem_euclid(count));
+            for ball in 0..40 {
+                found.clear();
+                cells.near(ball, || 0.49, &mut found);
+                let mut rows = found.rows().to_vec();
+                rows.sort_unstable();
+                let is_beside = |other: usize| (0..3).all(|k| steps(place(ball)[k], place(other)[k], count[k]) <= 1);
+                let expected: Vec<u32> = (0..40).filter(|&other| is_beside(other)).map(|other| other as u32).collect();
+                assert_eq!(rows, expected, "{count:?}");
+                if count[0] >= 4 {
+                    let behind = |other: usize| (place(other)[0] - place(ball)[0]).rem_euclid(count[0]) == 1;
+                    found.clear();
+                    cells.near_after_crossing(ball, || 0.49, Face { axis: 0, upward: true }, &mut found);
+                    let mut rows = found.rows().to_vec();
+                    rows.sort_unstable();
+                    let expected: Vec<u32> = expected.into_iter().filter(|&other| behind(other as usize)).collect();
+                    assert_eq!(rows, expected, "behind a face of {count:?}");
+                }
+            }
+        }
+    }
 }
