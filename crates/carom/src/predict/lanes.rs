@@ -128,7 +128,7 @@ impl Width {
     #[inline(always)]
     pub fn run<W: Work>(self, work: W) -> W::Output {
         match self {
-            Self::Narrow(lanes) => Compiled { lanes, work }.call(),
+            Self::Narrow(lanes) => run_apart(Compiled { lanes, work }),
             #[cfg(target_arch = "x86_64")]
             Self::Four(lanes) => lanes.vectorize(Compiled { lanes, work }),
             #[cfg(target_arch = "x86_64")]
@@ -146,6 +146,12 @@ impl Width {
             Self::Eight(_) => pulp::x86::V4::COUNT,
         }
     }
+}
+
+/// In a function of its own, as the wider registers have theirs: so the stack and the code of whoever asks stay small.
+#[inline(never)]
+fn run_apart<L: Lanes, W: Work>(compiled: Compiled<L, W>) -> W::Output {
+    compiled.call()
 }
 
 #[cfg(target_arch = "x86_64")]

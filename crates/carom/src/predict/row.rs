@@ -131,15 +131,10 @@ fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool, const FRESH: boo
     if row.is_empty() {
         return Soonest::NEVER;
     }
-    let ask = Ask::new(l, seeker);
-    if row.len() <= L::COUNT {
-        let meetings = meetings::<L, PERIODIC, FALLING, FRESH>(l, seeker, &ask, row);
-        return Firsts::of(l, meetings).soonest::<FRESH>(l);
-    }
-    let (two, asks) = (Twice(l), ask.twice());
-    let first = meetings::<Twice<L>, PERIODIC, FALLING, FRESH>(two, seeker, &asks, &row[..2 * L::COUNT]);
-    let mut firsts = Firsts::of(two, first);
-    let mut place = 2 * L::COUNT;
+    let (two, ask) = (Twice(l), Ask::new(l, seeker));
+    let asks = ask.twice();
+    let mut firsts = Firsts::none(two);
+    let mut place = 0;
     while place < row.len() {
         let meetings = if place + 2 * L::COUNT <= row.len() {
             let others = &row[place..place + 2 * L::COUNT];
@@ -241,15 +236,20 @@ struct Firsts<L: Lanes> {
 }
 
 impl<L: Lanes> Firsts<L> {
-    /// Of the first block of a row.
     #[inline(always)]
-    fn of(l: L, (after_own_start, seconds): (L::Numbers, L::Numbers)) -> Self {
-        Self { after_own_start, seconds, next: l.all(f64::INFINITY), place: l.all(0.0), blocks: 1 }
+    fn none(l: L) -> Self {
+        let never = l.all(f64::INFINITY);
+        Self { after_own_start: never, seconds: never, next: never, place: l.all(0.0), blocks: 0 }
     }
 
-    /// With a further block, which begins at `place` in the row.
+    /// With one more block, which begins at `place` in the row.
     #[inline(always)]
     fn consider<const FRESH: bool>(&mut self, l: L, (after, seconds): (L::Numbers, L::Numbers), place: usize) {
+        self.blocks += 1;
+        if self.blocks == 1 {
+            (self.after_own_start, self.seconds) = (after, seconds);
+            return;
+        }
         let sooner = l.below(after, self.after_own_start);
         self.next = l.min(self.next, l.max(self.after_own_start, after));
         self.after_own_start = l.select(sooner, after, self.after_own_start);
@@ -257,7 +257,6 @@ impl<L: Lanes> Firsts<L> {
             self.seconds = l.select(sooner, seconds, self.seconds);
         }
         self.place = l.select(sooner, l.all(place as f64), self.place);
-        self.blocks += 1;
     }
 
     /// The first of all lanes.
