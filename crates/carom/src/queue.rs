@@ -34,6 +34,9 @@ const CHUNK: usize = 7;
 const TARGET: f64 = 4.0;
 const FEWEST_BUCKETS: usize = 64;
 const MOST_BUCKETS: usize = 1 << 22;
+/// Widths (s) whose inverses, and products with any number of buckets, are finite. Other widths would cost time, not order.
+const NARROWEST: f64 = f64::MIN_POSITIVE * 1e10;
+const WIDEST: f64 = f64::MAX * 1e-30;
 
 /// A chunk's row, and how many entries are in it: one number, so that a push reads one line and writes another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,7 +138,7 @@ impl Queue {
     }
 
     fn shape(&mut self, entries: usize, width: f64) {
-        self.width = width.clamp(f64::MIN_POSITIVE * 1e10, f64::MAX * 1e-30);
+        self.width = width.clamp(NARROWEST, WIDEST);
         self.inverse_width = 1.0 / self.width;
         // Long enough for most of what comes to fall into the ring.
         let buckets = (entries * 4 / TARGET as usize).next_power_of_two().clamp(FEWEST_BUCKETS, MOST_BUCKETS);

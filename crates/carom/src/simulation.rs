@@ -30,13 +30,14 @@ use guard::CollapseGuard;
 pub(crate) use impact::approach_speed;
 pub(crate) use turning_impact::{arms_of, form_of};
 
-/// So many balls, with all that is known of them, are near enough in the processor's caches that fetching ahead costs more than
-/// it gains: looking into cells is dearer than looking at lists.
-fn cached(nearby: &Nearby) -> usize {
-    match nearby {
+/// Whether there are so many balls that fetching ahead gains more than it costs. Fewer, with all that is known of them, are near
+/// enough in the processor's caches; and looking into cells is dearer than looking at lists.
+fn outgrows_cache(world: &World, nearby: &Nearby) -> bool {
+    let cached = match nearby {
         Nearby::Lists(_) => 4_000,
         Nearby::Cells(_) => 32_000,
-    }
+    };
+    world.len() > cached
 }
 
 /// How a run ended.
@@ -143,7 +144,7 @@ impl Simulation {
         }
         let nearby = Nearby::lay_out(&world, now, width);
         let guard = CollapseGuard::new(&world);
-        let looks_ahead = world.len() > cached(&nearby);
+        let looks_ahead = outgrows_cache(&world, &nearby);
         let mut simulation = Self {
             now,
             predictor: Predictor::new(&world, &nearby, width),
@@ -562,6 +563,7 @@ impl Simulation {
         self.counts.layouts += 1;
         self.world.arrange(now);
         self.nearby = Nearby::lay_out(&self.world, now, self.width);
+        self.looks_ahead = outgrows_cache(&self.world, &self.nearby);
         self.predictor = self.predictor.anew(&self.world, &self.nearby);
         self.instant.clear();
         for ball in 0..self.world.len() {

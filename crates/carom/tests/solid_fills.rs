@@ -1,6 +1,8 @@
 //! Fills of bodies that turn: where they stand, what they share, which energy they have; and what is refused.
 #![allow(missing_docs, clippy::unwrap_used)]
 
+mod support;
+
 use std::sync::Arc;
 
 use carom::scene::{MeshBody, Placement, Scene, SolidBody, SolidFill};
@@ -8,9 +10,12 @@ use carom::shape::{BodyGeometry, Shape, TriangleMesh};
 use carom::world::{Boundary, Domain};
 use carom::{DQuat, DVec3};
 
+fn shape() -> Shape {
+    Shape::cuboid(DVec3::new(1.0, 2.0, 3.0)).expect("a box")
+}
+
 fn geometry() -> Arc<BodyGeometry> {
-    let shape = Shape::cuboid(DVec3::new(1.0, 2.0, 3.0)).expect("a box");
-    Arc::new(BodyGeometry::new(&shape).expect("a body"))
+    Arc::new(BodyGeometry::new(&shape()).expect("a body"))
 }
 
 fn fill() -> SolidFill {
@@ -36,18 +41,7 @@ fn scene(fill: SolidFill) -> Scene {
 }
 
 fn solid(id: i64) -> SolidBody {
-    SolidBody {
-        id,
-        geometry: geometry(),
-        position: DVec3::ZERO,
-        orientation: [1.0, 0.0, 0.0, 0.0],
-        velocity: DVec3::ZERO,
-        angular_velocity: DVec3::ZERO,
-        mass: 1.0,
-        inertia: None,
-        material: 0,
-        fixed: false,
-    }
+    support::solid(id, &shape(), DVec3::ZERO)
 }
 
 fn problem(scene: &Scene) -> String {

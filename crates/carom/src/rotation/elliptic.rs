@@ -2,6 +2,10 @@
 
 use super::double_double::DoubleDouble;
 
+/// The part of themselves (pure number) by which two numbers may differ so that the square of it, a sixteenth of which the next
+/// mean would change, is half a rounding.
+const NEARLY_EQUAL: f64 = 1e-8;
+
 /// The arithmetic-geometric mean of two numbers that are not negative; 0 if one of them is 0. It converges
 /// quadratically.
 pub fn arithmetic_geometric_mean(mut a: f64, mut b: f64) -> f64 {
@@ -11,7 +15,7 @@ pub fn arithmetic_geometric_mean(mut a: f64, mut b: f64) -> f64 {
     loop {
         let (mean, product) = (0.5 * (a + b), a * b);
         // The next mean differs from this one by (a - b)² / 16 a.
-        if !((a - b).abs() > 1e-8 * a) {
+        if !((a - b).abs() > NEARLY_EQUAL * a) {
             return mean - (a - b) * (a - b) / (16.0 * mean);
         }
         (a, b) = (mean, product.sqrt());
