@@ -6,6 +6,7 @@ pub mod ball_plane;
 pub mod crossing;
 mod cut_off;
 pub mod lanes;
+mod newly;
 pub mod root;
 mod row;
 mod seeker;
@@ -17,6 +18,8 @@ use glam::DVec3;
 
 use self::cut_off::{CutOffs, Foreseen, Next};
 use self::lanes::Width;
+use self::newly::NewlySearch;
+pub use self::newly::{Meeting, Newly};
 use self::row::{Search, Soonest};
 use self::seeker::Seeker;
 use self::surroundings::{TriangleRoom, impact_with_mesh};
@@ -171,6 +174,11 @@ impl First {
     /// None.
     pub const NEVER: Self = Self { time: Time::NEVER, partner: Partner::NONE, tied: false };
 
+    /// One that no other comes near.
+    pub(crate) fn single(time: Time, partner: Partner) -> Self {
+        Self { time, partner, tied: false }
+    }
+
     /// With another impact considered.
     #[inline(always)]
     fn or(self, time: Time, partner: Partner, same: f64) -> Self {
@@ -233,6 +241,11 @@ impl Predictor {
         self.cut_offs.stuck(world, row)
     }
 
+    /// Times (s) less than this apart belong to one instant.
+    pub(crate) fn same_instant(&self) -> f64 {
+        self.same
+    }
+
     /// The periodic box.
     pub fn periods(&self) -> &Periods {
         &self.periods
@@ -280,7 +293,10 @@ impl Predictor {
                 return [first_a, first_b];
             }
         }
-        balls.map(|ball| self.first_impact(world, nearby, ball, now, room))
+        // One after the other: an array's `map` would go through memory.
+        let first_a = self.first_impact(world, nearby, balls[0], now, room);
+        let first_b = self.first_impact(world, nearby, balls[1], now, room);
+        [first_a, first_b]
     }
 
     /// Searches a row by whatever registers this machine has.
@@ -411,9 +427,45 @@ impl Predictor {
         {
             room.push(known as u32);
         }
+        room.retain_partners(world, ball);
         let row = room.filled_up(ball);
         let first = Seeker { world, predictor: self, ball, now }.first_unless_tied(row, nearby.planes(ball));
         if first.tied { self.first_impact(world, nearby, ball, now, room) } else { first }
+    }
+}
+
+impl Predictor {
+    /// Whether the ball's pairs can be looked at many at a time.
+    pub fn is_plain(&self, world: &World, ball: usize, now: Time) -> bool {
+        Seeker { world, predictor: self, ball, now }.is_plain()
+    }
+
+    /// Finds who meets somebody newly near before its limit, and forgets these pairs.
+    pub fn meet_newly(&self, world: &World, now: Time, pairs: &mut Newly, found: &mut Vec<Meeting>) {
+        self.width.run(NewlySearch { world, predictor: self, now, pairs, found });
+    }
+
+    /// The first of a ball's meetings, if it is certainly before what was `foretold` of it.
+    #[inline(always)]
+    pub fn first_of_meetings(&self, world: &World, foretold: &Upcoming, meetings: &[Meeting]) -> Option<First> {
+        let (mut soonest, mut next) = (meetings.first()?, f64::INFINITY);
+        for meeting in &meetings[1..] {
+            if meeting.after_own_start < soonest.after_own_start {
+                (soonest, next) = (meeting, soonest.after_own_start);
+            } else {
+                next = next.min(meeting.after_own_start);
+            }
+        }
+        let [start, theirs] = [soonest.ball, soonest.other].map(|ball| world.flights[ball as usize].start());
+        let doubt = 2.0 * self.same + 8.0 * f64::EPSILON * soonest.after_own_start;
+        let foretold = foretold.time.since(start);
+        // A pair that touches may rest.
+        if soonest.seconds == 0.0 || !(next.min(foretold) - soonest.after_own_start > doubt) {
+            return None;
+        }
+        let later = if start.since(theirs) < 0.0 { theirs } else { start };
+        let time = world.clock.after(later, soonest.seconds);
+        Some(First { time, partner: Partner::ball(soonest.other), tied: false })
     }
 }
 

@@ -3,6 +3,8 @@
 mod checkpoint;
 mod guard;
 mod impact;
+mod look_ahead;
+mod sweep;
 mod together;
 mod turning_impact;
 
@@ -28,17 +30,9 @@ use crate::world::{Boundary, Partner, World};
 
 use guard::CollapseGuard;
 pub(crate) use impact::approach_speed;
+use look_ahead::LookAhead;
+use sweep::Sweeps;
 pub(crate) use turning_impact::{arms_of, form_of};
-
-/// Whether there are so many balls that fetching ahead gains more than it costs. Fewer, with all that is known of them, are near
-/// enough in the processor's caches; and looking into cells is dearer than looking at lists.
-fn outgrows_cache(world: &World, nearby: &Nearby) -> bool {
-    let cached = match nearby {
-        Nearby::Lists(_) => 4_000,
-        Nearby::Cells(_) => 32_000,
-    };
-    world.len() > cached
-}
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,9 +77,21 @@ impl Counts {
 }
 
 enum Event {
-    Leaving { ball: usize, time: Time },
-    Stale { ball: usize, time: Time },
-    Impact { ball: usize, partner: Partner, time: Time },
+    /// All balls that have left their cells are moved.
+    Sweep,
+    Leaving {
+        ball: usize,
+        time: Time,
+    },
+    Stale {
+        ball: usize,
+        time: Time,
+    },
+    Impact {
+        ball: usize,
+        partner: Partner,
+        time: Time,
+    },
 }
 
 /// A world in motion.
@@ -105,11 +111,11 @@ pub struct Simulation {
     ledger: Ledger,
     counts: Counts,
     crossings_at_layout: u64,
+    /// When all balls that have left their cells are moved.
+    sweeps: Sweeps,
     recorded: Option<ImpactTable>,
-    /// Whether there are so many balls that what an event needs is not in the cache.
-    looks_ahead: bool,
-    /// The bucket of the calendar at which that was last done.
-    looked_ahead: i64,
+    /// What is fetched into the cache before it is needed.
+    look_ahead: LookAhead,
     /// Room to gather those near, so that no prediction allocates.
     room: Gathered,
     /// Balls in whose [`Upcoming::partner_impacts`] the number is not yet, and how many there are.
@@ -144,7 +150,7 @@ impl Simulation {
         }
         let nearby = Nearby::lay_out(&world, now, width);
         let guard = CollapseGuard::new(&world);
-        let looks_ahead = outgrows_cache(&world, &nearby);
+        let look_ahead = LookAhead::new(&world, &nearby);
         let mut simulation = Self {
             now,
             predictor: Predictor::new(&world, &nearby, width),
@@ -158,10 +164,10 @@ impl Simulation {
             guard,
             ledger,
             crossings_at_layout: counts.crossings,
+            sweeps: Sweeps::never(),
             counts,
             recorded: record.then(ImpactTable::default),
-            looks_ahead,
-            looked_ahead: -1,
+            look_ahead,
             room: Gathered::default(),
             uncounted: ([0; 4], 0),
             patch: Patch::default(),
@@ -170,6 +176,7 @@ impl Simulation {
             last_impact: None,
             untold: VecDeque::new(),
         };
+        simulation.begin_sweeps(now);
         simulation.predict_all();
         simulation
     }
@@ -187,6 +194,7 @@ impl Simulation {
             if self.counts.impacts() >= last_impact {
                 return Ok(Stop::Impacts);
             }
+            self.fetch_some();
             let Some(event) = self.take_earliest(until) else {
                 if until.is_reachable() {
                     self.now = self.now.later(until);
@@ -194,6 +202,7 @@ impl Simulation {
                 return Ok(Stop::Time);
             };
             match event {
+                Event::Sweep => self.sweep(),
                 Event::Leaving { ball, time } => self.look_around(ball, time),
                 Event::Stale { ball, time } => {
                     self.counts.stale += 1;
@@ -204,6 +213,7 @@ impl Simulation {
                         Some(resolved) => resolved,
                         None => self.resolve(ball, partner, time),
                     };
+                    self.fetch_some();
                     // Even where the law refuses: the contact is still there, and must be found again.
                     match partner.as_ball() {
                         Some(other) => self.predict_both(ball, other, self.now),
@@ -285,12 +295,14 @@ impl Simulation {
         loop {
             let upcoming = &self.upcoming[..];
             let entry = self.queue.earliest(|mark| time_of(upcoming, mark));
-            if self.looks_ahead && self.queue.present() != self.looked_ahead {
-                self.look_ahead();
-            }
+            self.plan_fetches();
             let in_instant = !self.instant.is_empty();
             let limit = if in_instant { self.instant_end } else { until };
-            let Some(entry) = entry.filter(|entry| !limit.before(entry.time)) else {
+            let entry = entry.filter(|entry| !limit.before(entry.time));
+            if self.sweeps_by(entry.map_or(limit, |entry| entry.time)) {
+                return Some(Event::Sweep);
+            }
+            let Some(entry) = entry else {
                 if in_instant && !until.before(self.now) {
                     match self.take_lowest_of_instant() {
                         Some(event) => return Some(event),
@@ -364,54 +376,6 @@ impl Simulation {
         })
     }
 
-    /// Fetches into the cache what the next events will need: the nearer an event, the more of what it leads to is known.
-    #[inline(never)]
-    fn look_ahead(&mut self) {
-        self.looked_ahead = self.queue.present();
-        let (world, upcoming, nearby, room) = (&self.world, &self.upcoming[..], &self.nearby, &mut self.room);
-        self.queue.prefetch(5);
-        self.queue.ahead(3, |mark| {
-            let ball = mark.ball as usize;
-            prefetch_index(upcoming, ball);
-            prefetch_index(&world.flights, ball);
-            prefetch_index(&world.bodies, ball);
-            prefetch_index(&world.impacts, ball);
-            nearby.prefetch(ball);
-        });
-        self.queue.ahead(2, |mark| {
-            let ball = mark.ball as usize;
-            let next = &upcoming[ball];
-            if next.stamp == mark.stamp {
-                nearby.prefetch_row(ball, next.leaves);
-                if let Some(other) = next.partner.as_ball() {
-                    prefetch_index(&world.impacts, other);
-                    prefetch_index(upcoming, other);
-                    prefetch_index(&world.flights, other);
-                    prefetch_index(&world.bodies, other);
-                    nearby.prefetch(other);
-                }
-            }
-        });
-        // The partner's own event is the same impact, unless what the partner foresaw is older.
-        let surprised = |ball: u32, next: &Upcoming| {
-            let other = next.partner.as_ball().filter(|_| next.is_impact());
-            other.filter(|&other| upcoming[other].partner != Partner::ball(ball))
-        };
-        self.queue.ahead(1, |mark| {
-            let next = &upcoming[mark.ball as usize];
-            if next.stamp == mark.stamp {
-                nearby.prefetch_near(world, mark.ball as usize, next, room);
-                if let Some(other) = surprised(mark.ball, next) {
-                    nearby.prefetch_row(other, None);
-                }
-            }
-        });
-        for entry in self.queue.at_present() {
-            let next = &upcoming[entry.mark.ball as usize];
-            nearby.prefetch_last(world, entry.mark.ball as usize, next, surprised(entry.mark.ball, next));
-        }
-    }
-
     /// Goes on in the middle of an instant: what belongs to it up to `end` is taken from the queue before its impacts are
     /// taken in the order of their ranks.
     fn resume_instant(&mut self, end: Time) {
@@ -481,7 +445,9 @@ impl Simulation {
 
     fn predict_both(&mut self, ball: usize, other: usize, now: Time) {
         let firsts = self.predictor.first_impacts(&self.world, &self.nearby, [ball, other], now, &mut self.room);
+        self.fetch_some();
         self.schedule(ball, firsts[0], now);
+        self.fetch_some();
         self.schedule(other, firsts[1], now);
     }
 
@@ -528,6 +494,7 @@ impl Simulation {
     fn look_around(&mut self, ball: usize, time: Time) {
         let now = self.now.later(time);
         self.counts.crossings += 1;
+        self.note_leaver(now);
         let upcoming = self.upcoming[ball];
         let face = upcoming.leaves.unwrap_or(Face::NONE);
         match &mut self.nearby {
@@ -563,9 +530,10 @@ impl Simulation {
         self.counts.layouts += 1;
         self.world.arrange(now);
         self.nearby = Nearby::lay_out(&self.world, now, self.width);
-        self.looks_ahead = outgrows_cache(&self.world, &self.nearby);
+        self.look_ahead = LookAhead::new(&self.world, &self.nearby);
         self.predictor = self.predictor.anew(&self.world, &self.nearby);
         self.instant.clear();
+        self.begin_sweeps(now);
         for ball in 0..self.world.len() {
             self.predict(ball, now);
         }

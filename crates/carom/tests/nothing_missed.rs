@@ -189,3 +189,20 @@ fn two_balls_meet_as_often_as_liouville_says() {
     assert!((mean - expected).abs() <= 4.0 * sigma_of_mean);
     assert!(sigma_of_mean < 0.004 * expected);
 }
+
+/// Also where they come near each other from cell to cell.
+#[test]
+fn bodies_in_prescribed_motion_pass_through_each_other() {
+    let at_rest = (0..90i64).map(|id| {
+        let site = vector((id % 10) as f64, (id / 10) as f64, 0.0) * 1.9 - vector(8.5, 8.5, -6.0);
+        ball(id, site, DVec3::ZERO, 0.5, 1.0)
+    });
+    let movers = [
+        fixed(900, vector(-8.0, 0.1, -4.0), vector(1.0, 0.0, 0.0), 0.5),
+        fixed(901, vector(8.0, 0.0, -4.0), vector(-1.0, 0.0, 0.0), 0.5),
+    ];
+    let scene = Scene { domain: cube(Boundary::Periodic, 20.0), ..scene(at_rest.chain(movers)) };
+    let mut simulation = start(&scene);
+    support::run_until(&mut simulation, 60.0);
+    assert_eq!(simulation.counts().impacts(), 0);
+}

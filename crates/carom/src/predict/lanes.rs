@@ -24,6 +24,8 @@ pub trait Lanes: Copy {
     fn all(self, x: f64) -> Self::Numbers;
     /// Those that stand at some places of `from`.
     fn gather(self, from: &[f64], places: &[u32]) -> Self::Numbers;
+    /// Writes them side by side.
+    fn put(self, numbers: Self::Numbers, to: &mut [f64]);
     /// a + b.
     fn add(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     /// a - b.
@@ -90,6 +92,9 @@ impl<L: Lanes, W: Work> NullaryFnOnce for Compiled<L, W> {
 
 /// As many lanes as any machine has.
 pub const MOST: usize = 8;
+
+/// The places of numbers that stand side by side.
+pub const IN_ORDER: [u32; MOST] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 /// The widest registers of this machine.
 #[derive(Clone, Copy, Debug)]
@@ -204,6 +209,11 @@ impl Lanes for Narrow {
     }
 
     #[inline(always)]
+    fn put(self, numbers: [f64; 2], to: &mut [f64]) {
+        to[..2].copy_from_slice(&numbers);
+    }
+
+    #[inline(always)]
     fn sqrt(self, a: [f64; 2]) -> [f64; 2] {
         a.map(f64::sqrt)
     }
@@ -315,6 +325,12 @@ impl Lanes for pulp::x86::V3 {
         let (a, b) = (from[p[0] as usize], from[p[1] as usize]);
         let (c, d) = (from[p[2] as usize], from[p[3] as usize]);
         self.avx._mm256_setr_pd(a, b, c, d)
+    }
+
+    #[inline(always)]
+    fn put(self, numbers: Self::Numbers, to: &mut [f64]) {
+        let numbers: [f64; 4] = pulp::cast(numbers);
+        to[..4].copy_from_slice(&numbers);
     }
 
     #[inline(always)]
@@ -470,6 +486,12 @@ impl Lanes for pulp::x86::V4 {
         let (e, f) = (from[p[4] as usize], from[p[5] as usize]);
         let (g, h) = (from[p[6] as usize], from[p[7] as usize]);
         self.avx512f._mm512_setr_pd(a, b, c, d, e, f, g, h)
+    }
+
+    #[inline(always)]
+    fn put(self, numbers: Self::Numbers, to: &mut [f64]) {
+        let numbers: [f64; 8] = pulp::cast(numbers);
+        to[..8].copy_from_slice(&numbers);
     }
 
     #[inline(always)]

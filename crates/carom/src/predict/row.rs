@@ -1,9 +1,11 @@
 //! A ball against a whole row of others, several at a time: [`super::ball_ball::time_of_impact`] in each lane, operation by
 //! operation, so that a pair's root has the same bits as alone.
 
-use super::NO_FRACTION;
 use super::lanes::{Lanes, Twice, Work};
 use super::seeker::Seeker;
+use super::{NO_FRACTION, Predictor};
+use crate::time::Time;
+use crate::world::World;
 
 /// The first impact of a ball with any of a row.
 #[derive(Clone, Copy, Debug)]
@@ -70,13 +72,20 @@ impl<L: Lanes> Axis<L> {
     }
 
     #[inline(always)]
-    fn new(l: L, seeker: &Seeker, axis: usize) -> Self {
+    fn new(
+        l: L,
+        world: &World,
+        predictor: &Predictor,
+        axis: usize,
+        position: L::Numbers,
+        velocity: L::Numbers,
+    ) -> Self {
         Self {
-            position: l.all(seeker.flight().position()[axis]),
-            velocity: l.all(seeker.flight().velocity()[axis]),
-            length: l.all(seeker.predictor.periods.length[axis]),
-            inverse: l.all(seeker.predictor.periods.inverse[axis]),
-            gravity: l.all(seeker.world.gravity[axis]),
+            position,
+            velocity,
+            length: l.all(predictor.periods.length[axis]),
+            inverse: l.all(predictor.periods.inverse[axis]),
+            gravity: l.all(world.gravity[axis]),
         }
     }
 
@@ -138,9 +147,11 @@ fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool, const FRESH: boo
     while place < row.len() {
         let meetings = if place + 2 * L::COUNT <= row.len() {
             let others = &row[place..place + 2 * L::COUNT];
-            meetings::<Twice<L>, PERIODIC, FALLING, FRESH>(two, seeker, &asks, others)
+            meetings::<Twice<L>, PERIODIC, FALLING, FRESH>(two, seeker.world, seeker.predictor, &asks, others)
         } else {
-            let (after, seconds) = meetings::<L, PERIODIC, FALLING, FRESH>(l, seeker, &ask, &row[place..]);
+            let others = &row[place..];
+            let (after, seconds) =
+                meetings::<L, PERIODIC, FALLING, FRESH>(l, seeker.world, seeker.predictor, &ask, others);
             ([after, l.all(f64::INFINITY)], [seconds; 2])
         };
         firsts.consider::<FRESH>(two, meetings, place);
@@ -149,23 +160,47 @@ fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool, const FRESH: boo
     firsts.soonest::<FRESH>(two)
 }
 
-/// The ball that asks, in all lanes.
-struct Ask<L: Lanes> {
+/// The ball that asks, in all lanes; or one in each.
+pub(super) struct Ask<L: Lanes> {
     axes: [Axis<L>; 3],
     epoch: L::Numbers,
     offset: L::Numbers,
     age: L::Numbers,
+    radius: L::Numbers,
 }
 
 impl<L: Lanes> Ask<L> {
     #[inline(always)]
     fn new(l: L, seeker: &Seeker) -> Self {
-        let start = seeker.flight().start();
+        let (flight, world, predictor) = (seeker.flight(), seeker.world, seeker.predictor);
+        let (start, position, velocity) = (flight.start(), flight.position(), flight.velocity());
         Self {
-            axes: [Axis::new(l, seeker, 0), Axis::new(l, seeker, 1), Axis::new(l, seeker, 2)],
+            axes: [
+                Axis::new(l, world, predictor, 0, l.all(position.x), l.all(velocity.x)),
+                Axis::new(l, world, predictor, 1, l.all(position.y), l.all(velocity.y)),
+                Axis::new(l, world, predictor, 2, l.all(position.z), l.all(velocity.z)),
+            ],
             epoch: l.all(start.epoch),
             offset: l.all(start.offset),
             age: l.all(seeker.now.since(start)),
+            radius: l.all(seeker.radius()),
+        }
+    }
+
+    /// Another in each lane.
+    #[inline(always)]
+    pub fn of_each(l: L, world: &World, predictor: &Predictor, now: Time, asking: &[u32]) -> Self {
+        let [x, y, z, vx, vy, vz, epoch, offset] = l.columns(&world.flights, asking);
+        Self {
+            axes: [
+                Axis::new(l, world, predictor, 0, x, vx),
+                Axis::new(l, world, predictor, 1, y, vy),
+                Axis::new(l, world, predictor, 2, z, vz),
+            ],
+            epoch,
+            offset,
+            age: l.add(l.sub(l.all(now.epoch), epoch), l.sub(l.all(now.offset), offset)),
+            radius: if predictor.contact_distance.is_some() { epoch } else { l.gather(&world.radii, asking) },
         }
     }
 
@@ -176,6 +211,7 @@ impl<L: Lanes> Ask<L> {
             epoch: [self.epoch; 2],
             offset: [self.offset; 2],
             age: [self.age; 2],
+            radius: [self.radius; 2],
         }
     }
 }
@@ -183,15 +219,16 @@ impl<L: Lanes> Ask<L> {
 /// When the seeker meets each of `others`: seconds from its own start, infinite where it does not, and from the later start. (No
 /// closures in here: they would not be compiled for `L`.)
 #[inline(always)]
-fn meetings<L: Lanes, const PERIODIC: bool, const FALLING: bool, const FRESH: bool>(
+pub(super) fn meetings<L: Lanes, const PERIODIC: bool, const FALLING: bool, const FRESH: bool>(
     l: L,
-    seeker: &Seeker,
+    world: &World,
+    predictor: &Predictor,
     ask: &Ask<L>,
     others: &[u32],
 ) -> (L::Numbers, L::Numbers) {
     let zero = l.all(0.0);
     let never = l.all(f64::INFINITY);
-    let [x, y, z, vx, vy, vz, their_epoch, their_offset] = l.columns(&seeker.world.flights, others);
+    let [x, y, z, vx, vy, vz, their_epoch, their_offset] = l.columns(&world.flights, others);
     let ahead = l.add(l.sub(ask.epoch, their_epoch), l.sub(ask.offset, their_offset));
     let mine_flown = if FRESH { zero } else { l.max(l.sub(zero, ahead), zero) };
     let theirs_flown = if FRESH { ahead } else { l.max(ahead, zero) };
@@ -200,9 +237,9 @@ fn meetings<L: Lanes, const PERIODIC: bool, const FALLING: bool, const FRESH: bo
     let (ry, vy) = ask.axes[1].seen_from::<PERIODIC, FALLING, FRESH>(l, y, vy, flown);
     let (rz, vz) = ask.axes[2].seen_from::<PERIODIC, FALLING, FRESH>(l, z, vz, flown);
     let (r, v) = ([rx, ry, rz], [vx, vy, vz]);
-    let distance = match seeker.predictor.contact_distance {
+    let distance = match predictor.contact_distance {
         Some(same) => l.all(same),
-        None => l.add(l.all(seeker.radius()), l.gather(&seeker.world.radii, others)),
+        None => l.add(ask.radius, l.gather(&world.radii, others)),
     };
     let b = dot(l, r, v);
     let squared = dot(l, r, r);
@@ -211,11 +248,6 @@ fn meetings<L: Lanes, const PERIODIC: bool, const FALLING: bool, const FRESH: bo
     let (sweep, miss) = (l.mul(reach, dot(l, v, v)), dot(l, cross, cross));
     let approaching = l.below(b, zero);
     let hitting = l.below(miss, sweep);
-    // A square errs by a few ulps: which of those in doubt overlap is told by the distance itself.
-    let doubtful = l.below(squared, l.mul(reach, l.all(1.0 + 8.0 * f64::EPSILON)));
-    if l.bits(l.both(approaching, l.either(hitting, doubtful))) == 0 {
-        return (never, zero);
-    }
     let apart = l.sqrt(squared);
     let c = l.mul(l.sub(apart, distance), l.add(apart, distance));
     let discriminant = l.sub(sweep, miss);

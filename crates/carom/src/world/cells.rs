@@ -9,13 +9,16 @@
 //! Rows of cells close on themselves. Where space does not, distant balls may share a cell: they are predicted in vain,
 //! never missed.
 
+mod kept;
 mod shell;
+pub mod sweep;
 
 use std::cmp::Ordering;
 
 use glam::DVec3;
 use prefetch_index::prefetch_index;
 
+use self::kept::KeptRows;
 use super::nearby::{BLOCK, Gathered, PlaneSet};
 use super::{Boundary, Domain, World};
 use crate::flight::Flight;
@@ -29,6 +32,8 @@ use crate::tolerance::CELL_MARGIN;
 const SLOTS: usize = 3;
 /// Cells at most for each ball: more of them are emptier, and crossed more often.
 const CELLS_PER_BALL: usize = 2;
+/// Cells are at least so many times as wide as the largest ball: room for balls that are a little outside of theirs.
+const LEAST_WIDTH: f64 = 1.04;
 /// So few balls need no cells where space is not periodic.
 const FEW: usize = 32;
 const FEWEST_CELLS: usize = 64;
@@ -110,11 +115,19 @@ pub struct Cells {
     periodic_count: [i32; 3],
     nearest_image_reach: f64,
     interiors: bool,
+    /// How far (m) balls may be outside of their cells, until `horizon`, without an event that tells.
+    slack: f64,
+    horizon: Time,
+    /// Half a cell's width and the slack (m); infinite along axes that are not crossed.
+    reach: DVec3,
+    /// One over a cell's width (1/m); 0 along axes that are not crossed.
+    inverse: DVec3,
     levels: Vec<Level>,
     places: Vec<Place>,
     /// The cells of all levels, and further ones of those that are full.
     cells: Vec<Cell>,
     free: Vec<u32>,
+    kept: KeptRows,
     /// Empty where there are no planes.
     planes: Vec<PlaneSet>,
 }
@@ -142,7 +155,7 @@ impl Cells {
             let periodic = domain.boundary[axis] == Boundary::Periodic;
             !periodic && (radii.len() <= FEW || (open && high[axis] <= low[axis]))
         });
-        let mut base = base_count(extent, widest, radii.len(), &single);
+        let mut base = base_count(extent, widest * LEAST_WIDTH, radii.len(), &single);
         let (level_of, finest) = levels_of(radii, &base, extent, smallest, &single);
         let mut crossed = [false; 3];
         for axis in 0..3 {
@@ -200,10 +213,15 @@ impl Cells {
                 .map(|axis| domain.size[axis] * (0.5 - 2.0 / f64::from(fine[axis])))
                 .fold(f64::INFINITY, f64::min),
             interiors: false,
+            slack: 0.0,
+            horizon: Time::NEVER,
+            reach: DVec3::ZERO,
+            inverse: DVec3::ZERO,
             levels,
             places,
             cells: filled(Cell::EMPTY, cells),
             free: Vec::new(),
+            kept: KeptRows::default(),
             planes: Vec::new(),
         }
     }
@@ -215,6 +233,12 @@ impl Cells {
         if world.growth.is_some() {
             // Balls are smaller than the radii that the cells were laid out for.
             cells.visit_interiors();
+        }
+        cells.slack = cells.room_to_stray(world);
+        for axis in 0..3 {
+            let (width, crossed) = (cells.width[axis], cells.crossed[axis]);
+            cells.reach[axis] = if crossed { 0.5 * width + cells.slack } else { f64::INFINITY };
+            cells.inverse[axis] = if crossed { 1.0 / width } else { 0.0 };
         }
         if !world.planes.is_empty() {
             cells.planes = vec![PlaneSet::NONE; world.len()];
@@ -339,7 +363,7 @@ impl Cells {
         (world.clock.after(flight.start(), least), face)
     }
 
-    /// The bounds (m) of a ball's cell along an axis, where it has any.
+    /// The bounds (m) within which a ball stays in its cell, along an axis, where there are any.
     #[inline(always)]
     pub fn bounds(&self, ball: usize, axis: usize) -> Option<(f64, f64)> {
         if !self.crossed[axis] {
@@ -350,8 +374,9 @@ impl Cells {
 
     #[inline(always)]
     fn bound(&self, ball: usize, axis: usize, upper: bool) -> f64 {
-        let coordinate = f64::from(self.places[ball].coordinate[axis]) + if upper { 1.0 } else { 0.0 };
-        self.origin[axis] + coordinate * self.width[axis]
+        let (beyond, out) = if upper { (1.0, self.slack) } else { (0.0, -self.slack) };
+        let coordinate = f64::from(self.places[ball].coordinate[axis]) + beyond;
+        self.origin[axis] + coordinate * self.width[axis] + out
     }
 
     fn cell_of(&self, ball: usize) -> u32 {
@@ -361,6 +386,7 @@ impl Cells {
     }
 
     fn link(&mut self, ball: usize, cell: u32) {
+        self.kept.forget();
         self.places[ball].cell = cell;
         let mut row = cell as usize;
         loop {
@@ -395,7 +421,10 @@ impl Cells {
         loop {
             let here = &mut self.cells[row];
             let len = here.len();
-            if let Some(slot) = here.0[..len].iter().position(|&other| other == ball as u32) {
+            // Which of the slots, without a branch.
+            let is_in = |slot: usize| usize::from(slot < len && here.0[slot] == ball as u32);
+            let slot = is_in(1) + 2 * is_in(2);
+            if slot < len && here.0[slot] == ball as u32 {
                 here.0[slot] = here.0[len - 1];
                 here.0[SLOTS] -= 1;
                 if let Some(before) = before
@@ -517,12 +546,14 @@ impl Cells {
             return self.gather_block(first, [&x[..columns], &y[..rows], &z[..planes]], found);
         }
         // Almost always: loops of known length.
-        let [x, y, z] = [0, 1, 2].map(|axis| &level.beside[axis][coordinate[axis] as usize]);
+        let beside = |axis: usize| &level.beside[axis][coordinate[axis] as usize];
         match face {
-            None => self.gather_block(first, [x, y, z], found),
-            Some(Face { axis: 0, upward }) => self.gather_block(first, [behind(x, upward), y, z], found),
-            Some(Face { axis: 1, upward }) => self.gather_block(first, [x, behind(y, upward), z], found),
-            Some(Face { upward, .. }) => self.gather_block(first, [x, y, behind(z, upward)], found),
+            None => self.gather_block(first, [beside(0), beside(1), beside(2)], found),
+            Some(Face { axis, upward }) => {
+                // Whatever the axis, without a branch: they are told apart by the strides in the tables.
+                let [axis, next, last] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]][usize::from(axis) % 3];
+                self.gather_block(first, [behind(beside(axis), upward), beside(next), beside(last)], found);
+            }
         }
     }
 

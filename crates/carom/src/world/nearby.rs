@@ -36,12 +36,12 @@ impl Nearby {
         match self {
             Self::Lists(lists) => lists.row(ball),
             Self::Cells(cells) => {
+                if let Some(row) = cells.kept_row(ball) {
+                    return row;
+                }
                 room.clear();
                 cells.near(ball, || world.radii[ball], room);
-                if world.is_fixed(ball) {
-                    // Two bodies in prescribed motion pass through each other.
-                    room.retain(|other| !world.is_fixed(other as usize));
-                }
+                room.retain_partners(world, ball);
                 room.filled_up(ball)
             }
         }
@@ -67,8 +67,9 @@ impl Nearby {
 
     /// Fetches those who are near, or will be when the ball leaves its place; and what making its list anew looks through.
     #[inline(always)]
-    pub fn prefetch_near(&self, world: &World, ball: usize, next: &Upcoming, room: &mut Gathered) {
+    pub fn prefetch_near(&mut self, world: &World, ball: usize, next: &Upcoming, room: &mut Gathered) {
         match self {
+            Self::Cells(cells) if next.is_impact() && cells.has_one_level() => cells.keep_near(world, ball, room),
             Self::Cells(cells) => cells.prefetch_near(ball, next.leaves, &world.flights, room),
             Self::Lists(lists) => {
                 if !next.is_impact() {
@@ -82,8 +83,25 @@ impl Nearby {
     /// Fetches what is known only now to be needed: for a new list, the lists of those on the old one; for an impact, those near
     /// a partner who is `surprised`.
     #[inline(always)]
-    pub fn prefetch_last(&self, world: &World, ball: usize, next: &Upcoming, surprised: Option<usize>) {
-        let Self::Lists(lists) = self else { return };
+    pub fn prefetch_last(
+        &mut self,
+        world: &World,
+        ball: usize,
+        next: &Upcoming,
+        surprised: Option<usize>,
+        room: &mut Gathered,
+    ) {
+        let lists = match self {
+            Self::Lists(lists) => lists,
+            Self::Cells(cells) => {
+                if let Some(other) = surprised
+                    && cells.has_one_level()
+                {
+                    cells.keep_near(world, other, room);
+                }
+                return;
+            }
+        };
         if !next.is_impact() {
             lists.row(ball).iter().for_each(|&near| lists.prefetch_row(near as usize));
         } else if let Some(other) = surprised {
@@ -114,10 +132,22 @@ impl Nearby {
         let (time, face) = match self {
             Self::Lists(lists) if lists.stays_until(world, ball, now, impact) => return None,
             Self::Lists(lists) => (lists.leaves(world, ball, now), Face::NONE),
-            Self::Cells(cells) => cells.next_crossing(world, ball, now),
+            Self::Cells(cells) => {
+                let until = if impact.before(cells.horizon()) { impact } else { cells.horizon() };
+                if cells.stays_until(world, ball, now, until) {
+                    return None;
+                }
+                cells.next_crossing(world, ball, now)
+            }
         };
         // At one instant bookkeeping goes first.
-        (!impact.before(time)).then_some((time, face))
+        (!impact.before(time) && !self.sweeps_before(time)).then_some((time, face))
+    }
+
+    /// Whether all balls are moved to where they are by `time`.
+    #[inline(always)]
+    fn sweeps_before(&self, time: Time) -> bool {
+        matches!(self, Self::Cells(cells) if cells.horizon().before(time))
     }
 
     /// Follows a ball that was put back into the box by `images` sizes.
@@ -163,10 +193,28 @@ impl Gathered {
         self.len = 0;
     }
 
+    /// How many were gathered.
+    #[inline(always)]
+    pub fn count(&self) -> usize {
+        self.len
+    }
+
     /// Who was gathered.
     #[inline(always)]
     pub fn rows(&self) -> &[u32] {
         &self.rows[..self.len]
+    }
+
+    /// Who was gathered, filled up as [`Gathered::filled_up`] has done.
+    #[inline(always)]
+    pub fn whole_rows(&self) -> &[u32] {
+        &self.rows[..self.len.next_multiple_of(MOST)]
+    }
+
+    /// Takes back what was gathered since there were so many.
+    #[inline(always)]
+    pub fn truncate(&mut self, len: usize) {
+        self.len = self.len.min(len);
     }
 
     /// Makes room for so many more.
@@ -217,14 +265,21 @@ impl Gathered {
         self.len += count;
     }
 
-    /// Keeps those of which `keep` is true.
+    /// Keeps those whom `ball` can meet: two bodies in prescribed motion pass through each other.
     #[inline(always)]
-    pub fn retain(&mut self, keep: impl Fn(u32) -> bool) {
+    pub fn retain_partners(&mut self, world: &World, ball: usize) {
+        if world.is_fixed(ball) {
+            self.retain_free(world);
+        }
+    }
+
+    #[cold]
+    fn retain_free(&mut self, world: &World) {
         let mut kept = 0;
         for k in 0..self.len {
             let row = self.rows[k];
             self.rows[kept] = row;
-            kept += usize::from(keep(row));
+            kept += usize::from(!world.is_fixed(row as usize));
         }
         self.len = kept;
     }

@@ -45,6 +45,13 @@ impl<L: Lanes> Lanes for Twice<L> {
     }
 
     #[inline(always)]
+    fn put(self, numbers: Self::Numbers, to: &mut [f64]) {
+        let (low, high) = to.split_at_mut(L::COUNT);
+        self.0.put(numbers[0], low);
+        self.0.put(numbers[1], high);
+    }
+
+    #[inline(always)]
     fn sqrt(self, a: Self::Numbers) -> Self::Numbers {
         [self.0.sqrt(a[0]), self.0.sqrt(a[1])]
     }

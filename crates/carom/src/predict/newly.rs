@@ -1,0 +1,145 @@
+//! Many pairs of balls at once that have just come near each other: who of them meets before what is foreseen so far.
+//!
+//! A ball that passes into another cell meets but few new ones, too few for a row of its own; here a lane is a pair, whoever it
+//! belongs to. The arithmetic is that of [`super::row`], so the bits are the same.
+
+use super::Predictor;
+use super::lanes::{IN_ORDER, Lanes, Work};
+use super::row::{Ask, meetings};
+use crate::time::Time;
+use crate::world::World;
+use crate::world::nearby::Gathered;
+
+/// Pairs of balls that have just come near each other, to be looked at several at a time, whoever they belong to.
+#[derive(Clone, Debug, Default)]
+pub struct Newly {
+    asking: Vec<u32>,
+    others: Gathered,
+    /// Seconds after the asking ball's own start up to which an impact matters to it.
+    limits: Vec<f64>,
+    /// What comes of it: seconds from the asking ball's own start to the impact, and from the later of the two starts.
+    after_own_start: Vec<f64>,
+    seconds: Vec<f64>,
+}
+
+/// An impact of two balls that have just come near each other.
+#[derive(Clone, Copy, Debug)]
+pub struct Meeting {
+    /// Who asked.
+    pub ball: u32,
+    /// Whom it meets.
+    pub other: u32,
+    /// Seconds from its own start to the impact.
+    pub after_own_start: f64,
+    /// Seconds from the later of the two starts.
+    pub seconds: f64,
+}
+
+impl Newly {
+    /// How many.
+    pub fn count(&self) -> usize {
+        self.others.count()
+    }
+
+    /// Where whoever is newly near a ball is gathered, before [`Newly::ask`] tells who asks.
+    #[inline(always)]
+    pub fn others(&mut self) -> &mut Gathered {
+        &mut self.others
+    }
+
+    /// Whoever was gathered since there were `before` is near `asking`.
+    #[inline(always)]
+    pub fn ask(&mut self, before: usize, asking: u32, limit: f64) {
+        let after = self.others.count();
+        if self.asking.len() < after + CHUNK {
+            self.asking.resize(2 * (after + CHUNK), 0);
+            self.limits.resize(2 * (after + CHUNK), 0.0);
+        }
+        // Almost always one chunk: what is too much is written over.
+        let mut from = before;
+        while from < after {
+            self.asking[from..from + CHUNK].fill(asking);
+            self.limits[from..from + CHUNK].fill(limit);
+            from += CHUNK;
+        }
+    }
+
+    fn fill_up(&mut self) {
+        let len = self.others.count();
+        let Some(&last) = self.asking[..len].last() else { return };
+        // With itself, which it never meets.
+        self.ask_nobody(len, last);
+    }
+
+    fn ask_nobody(&mut self, len: usize, last: u32) {
+        let full = self.others.filled_up(last as usize).len();
+        self.asking[len..full].fill(last);
+        self.limits[len..full].fill(0.0);
+        if self.seconds.len() < full {
+            self.seconds.resize(full, 0.0);
+            self.after_own_start.resize(full, 0.0);
+        }
+    }
+}
+
+/// Places filled at once.
+const CHUNK: usize = 16;
+
+/// The search through such pairs; forgets them.
+pub(super) struct NewlySearch<'a> {
+    pub world: &'a World,
+    pub predictor: &'a Predictor,
+    pub now: Time,
+    pub pairs: &'a mut Newly,
+    /// Whoever meets somebody before its limit is added here.
+    pub found: &'a mut Vec<Meeting>,
+}
+
+impl Work for NewlySearch<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, l: L) {
+        match (self.predictor.periods.any, self.predictor.falling) {
+            (true, false) => self.search::<L, true, false>(l),
+            (false, false) => self.search::<L, false, false>(l),
+            (false, true) => self.search::<L, false, true>(l),
+            (true, true) => self.search::<L, true, true>(l),
+        }
+    }
+}
+
+impl NewlySearch<'_> {
+    #[inline(always)]
+    fn search<L: Lanes, const PERIODIC: bool, const FALLING: bool>(self, l: L) {
+        let Self { world, predictor, now, pairs, found } = self;
+        pairs.fill_up();
+        let Newly { asking, others, limits, after_own_start, seconds } = pairs;
+        let others_of = others.whole_rows();
+        for first in (0..others_of.len()).step_by(L::COUNT) {
+            let block = first..first + L::COUNT;
+            let ask = Ask::of_each(l, world, predictor, now, &asking[block.clone()]);
+            let others = &others_of[block.clone()];
+            let (after, later) = meetings::<L, PERIODIC, FALLING, false>(l, world, predictor, &ask, others);
+            l.put(after, &mut after_own_start[block.clone()]);
+            l.put(later, &mut seconds[block]);
+        }
+        // Apart from the arithmetic, which so never waits for a branch.
+        for first in (0..others_of.len()).step_by(L::COUNT) {
+            let after = l.gather(&after_own_start[first..first + L::COUNT], &IN_ORDER);
+            let limits = l.gather(&limits[first..first + L::COUNT], &IN_ORDER);
+            let mut hits = l.bits(l.below(after, limits));
+            while hits != 0 {
+                let k = first + hits.trailing_zeros() as usize;
+                found.push(Meeting {
+                    ball: asking[k],
+                    other: others_of[k],
+                    after_own_start: after_own_start[k],
+                    seconds: seconds[k],
+                });
+                hits &= hits - 1;
+            }
+        }
+        others.clear();
+    }
+}

@@ -1,0 +1,202 @@
+//! Balls that have left their cells are moved all at once, every so often, in the order of memory. Until then they may be a
+//! little way outside: cells are so much wider than balls that nobody is overlooked.
+//!
+//! Two balls whose cells are not side by side are farther apart than a cell's width less twice that little way. Whoever would
+//! get farther out before the next sweep has an event of its own.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::{Boundary, Cells, Face};
+use crate::predict::lanes::{IN_ORDER, Lanes, MOST, Work};
+use crate::time::Time;
+use crate::tolerance::CELL_MARGIN;
+use crate::world::World;
+use crate::world::nearby::Gathered;
+
+/// So few balls are not worth a sweep.
+const FEWEST: usize = 64;
+/// The way out is at most this part of a cell's width: so two balls side by side stay less than half of five cells apart.
+const MOST_SLACK: f64 = 0.2;
+
+/// One sweep: when it is, and how long its results have to hold.
+#[derive(Clone, Copy, Debug)]
+pub struct Sweep {
+    /// When.
+    pub now: Time,
+    /// Seconds until the next.
+    pub interval: f64,
+}
+
+impl Cells {
+    /// How far (m) balls may be outside of their cells between sweeps; 0 where there can be no sweeps.
+    pub(super) fn room_to_stray(&self, world: &World) -> f64 {
+        let wide_enough = |axis: usize| match world.domain.boundary[axis] {
+            Boundary::Open => false,
+            Boundary::Periodic => self.levels[0].count[axis] >= 5,
+            Boundary::Walls => true,
+        };
+        let mut crossed = (0..3).filter(|&axis| self.crossed[axis]).peekable();
+        let one_level = self.has_one_level() && !self.interiors;
+        if world.len() < FEWEST || !one_level || crossed.peek().is_none() || !crossed.clone().all(wide_enough) {
+            return 0.0;
+        }
+        let narrowest = crossed.map(|axis| self.width[axis]).fold(f64::INFINITY, f64::min);
+        let widest_ball = 2.0 * self.levels[0].largest_radius * (1.0 + CELL_MARGIN);
+        (0.5 * (narrowest - widest_ball)).clamp(0.0, MOST_SLACK * narrowest)
+    }
+
+    /// Whether all balls live in cells of one size.
+    #[inline(always)]
+    pub fn has_one_level(&self) -> bool {
+        self.levels.len() == 1
+    }
+
+    /// How far (m) balls may be outside of their cells.
+    pub fn slack(&self) -> f64 {
+        self.slack
+    }
+
+    /// Without sweeps: nobody may be outside.
+    #[cfg(test)]
+    pub fn forbid_straying(&mut self) {
+        self.reach -= self.slack;
+        self.slack = 0.0;
+        self.horizon = Time::NEVER;
+    }
+
+    /// From now on, balls may stay in their cells until `horizon` as long as they are not farther outside than the slack.
+    pub fn hold_until(&mut self, horizon: Time) {
+        self.horizon = horizon;
+    }
+
+    /// Until when whoever is not farther outside may stay.
+    pub fn horizon(&self) -> Time {
+        self.horizon
+    }
+
+    /// Whether it is told at a glance that a ball stays within reach of its cell from `now` until `time`.
+    #[inline(always)]
+    pub fn stays_until(&self, world: &World, ball: usize, now: Time, time: Time) -> bool {
+        if !time.is_reachable() {
+            return false;
+        }
+        let acceleration = world.acceleration(ball);
+        let flight = &world.flights[ball];
+        let [start, end] = [now, time].map(|time| flight.position_after(time.since(flight.start()), acceleration));
+        let coordinate = self.places[ball].coordinate.map(f64::from);
+        let middle = self.origin + (DVec3::from_array(coordinate) + 0.5) * self.width;
+        let mut reach = self.reach;
+        if world.has_gravity() {
+            // Between its ends the way sags by no more.
+            let seconds = time.since(now);
+            reach -= acceleration.abs() * (0.125 * seconds * seconds);
+        }
+        let farthest = (start - middle).abs().max((end - middle).abs());
+        farthest.cmplt(reach).all()
+    }
+
+    /// Moves a ball into the cell where it will be half-way to the next sweep, or is now if it is so fast that it could get too
+    /// far out of that before; adds whoever is newly near to `found`. Gives how many faces it passed, and whether it is so fast.
+    #[inline(always)]
+    pub fn bring_home(&mut self, world: &World, ball: usize, sweep: &Sweep, found: &mut Gathered) -> (u32, bool) {
+        let half = 0.5 * sweep.interval;
+        let (flight, acceleration) = (&world.flights[ball], world.acceleration(ball));
+        let seconds = sweep.now.since(flight.start()) + half;
+        let way = flight.velocity_after(seconds, acceleration).abs() * half + acceleration.abs() * (0.5 * half * half);
+        let fast = !(way * self.inverse).cmple(self.slack * self.inverse).all();
+        let position = flight.position_after(if fast { seconds - half } else { seconds }, acceleration);
+        let mut passed = 0;
+        loop {
+            let coordinate = DVec3::from_array(self.places[ball].coordinate.map(f64::from));
+            let out = (position - self.origin) * self.inverse - coordinate;
+            let below = out.cmplt(DVec3::ZERO).bitmask();
+            let faces = below | out.cmpge(DVec3::ONE).bitmask() << 3;
+            if faces == 0 {
+                break;
+            }
+            let face = faces.trailing_zeros();
+            let face = Face { axis: (face % 3) as u8, upward: face >= 3 };
+            self.cross(ball, face);
+            self.near_after_crossing(ball, || world.radii[ball], face, found);
+            passed += 1;
+        }
+        if passed > 0 {
+            self.note_planes(world, ball);
+        }
+        (passed, fast)
+    }
+}
+
+/// Finds the balls that half-way to the next sweep will be in other cells than they are counted in, or that are so fast that
+/// they could get too far out before it.
+pub struct Strays<'a> {
+    /// The cells.
+    pub cells: &'a Cells,
+    /// The balls.
+    pub world: &'a World,
+    /// When this is, and the next sweep.
+    pub sweep: &'a Sweep,
+    /// Rows of the balls looked at.
+    pub balls: Range<usize>,
+    /// Who was found, in the order of memory.
+    pub found: &'a mut Vec<u32>,
+}
+
+impl Work for Strays<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, l: L) {
+        let Self { cells, world, sweep, balls, found } = self;
+        found.clear();
+        let half = 0.5 * sweep.interval;
+        let middle = world.clock.after(sweep.now, half);
+        let (zero, one) = (l.all(0.0), l.all(1.0 - 0.5 * f64::EPSILON));
+        let (epoch, offset) = (l.all(middle.epoch), l.all(middle.offset));
+        for first in balls.clone().step_by(L::COUNT) {
+            let count = L::COUNT.min(balls.end - first);
+            let mut rows = [0; MOST];
+            for (k, row) in rows.iter_mut().enumerate() {
+                *row = (first + k).min(world.len() - 1) as u32;
+            }
+            let columns = l.columns(&world.flights, &rows);
+            let seconds = l.add(l.sub(epoch, columns[6]), l.sub(offset, columns[7]));
+            let mut strays = l.below(zero, zero);
+            for axis in 0..3 {
+                if !cells.crossed[axis] {
+                    continue;
+                }
+                let (mut position, mut velocity) = (columns[axis], columns[axis + 3]);
+                let mut slack = l.all(cells.slack);
+                position = l.add(position, l.mul(velocity, seconds));
+                if world.has_gravity() {
+                    let mut falls = [0.0; MOST];
+                    for (falls, &row) in falls.iter_mut().zip(&rows) {
+                        *falls = world.acceleration(row as usize)[axis];
+                    }
+                    let fall = l.mul(l.gather(&falls, &IN_ORDER), seconds);
+                    position = l.add(position, l.mul(l.all(0.5), l.mul(fall, seconds)));
+                    velocity = l.add(velocity, fall);
+                    slack = l.sub(slack, l.all(world.gravity[axis].abs() * (0.5 * half * half)));
+                }
+                let mut coordinates = [0.0; MOST];
+                for (coordinate, &row) in coordinates.iter_mut().zip(&rows) {
+                    *coordinate = f64::from(cells.places[row as usize].coordinate[axis]);
+                }
+                let coordinate = l.gather(&coordinates, &IN_ORDER);
+                let relative = l.mul(l.sub(position, l.all(cells.origin[axis])), l.all(cells.inverse[axis]));
+                let out = l.sub(relative, coordinate);
+                let speed = l.max(velocity, l.sub(zero, velocity));
+                let is_fast = l.below(slack, l.mul(speed, l.all(half)));
+                strays = l.either(strays, l.either(is_fast, l.either(l.below(out, zero), l.below(one, out))));
+            }
+            let mut bits = l.bits(strays) & ((1 << count) - 1);
+            while bits != 0 {
+                found.push(first as u32 + bits.trailing_zeros());
+                bits &= bits - 1;
+            }
+        }
+    }
+}
