@@ -14,7 +14,7 @@ use crate::world::{Partner, World};
 /// Buckets of the calendar, from the present one on, whose events something is fetched for.
 const BUCKETS: usize = 4;
 /// How often between two events something is fetched, about.
-const TIMES_AN_EVENT: usize = 2;
+const TIMES_AN_EVENT: usize = 3;
 
 /// What is to be fetched for events of the present bucket of the calendar and the next few.
 #[derive(Clone, Debug)]
@@ -34,8 +34,8 @@ impl LookAhead {
     /// cells is dearer than looking at lists.
     pub fn new(world: &World, nearby: &Nearby) -> Self {
         let cached = match nearby {
-            Nearby::Lists(_) => 4_000,
-            Nearby::Cells(_) => 32_000,
+            Nearby::Lists(_) => 20_000,
+            Nearby::Cells(_) => 60_000,
         };
         Self { wanted: world.len() > cached, bucket: -1, plan: Vec::new(), done: 0, at_once: 1 }
     }
