@@ -18,7 +18,6 @@ use glam::DVec3;
 
 use self::cut_off::{CutOffs, Foreseen, Next};
 use self::lanes::Width;
-use self::newly::NewlySearch;
 pub use self::newly::{Meeting, Newly};
 use self::row::{Search, Soonest};
 use self::seeker::Seeker;
@@ -431,41 +430,6 @@ impl Predictor {
         let row = room.filled_up(ball);
         let first = Seeker { world, predictor: self, ball, now }.first_unless_tied(row, nearby.planes(ball));
         if first.tied { self.first_impact(world, nearby, ball, now, room) } else { first }
-    }
-}
-
-impl Predictor {
-    /// Whether the ball's pairs can be looked at many at a time.
-    pub fn is_plain(&self, world: &World, ball: usize, now: Time) -> bool {
-        Seeker { world, predictor: self, ball, now }.is_plain()
-    }
-
-    /// Finds who meets somebody newly near before its limit, and forgets these pairs.
-    pub fn meet_newly(&self, world: &World, now: Time, pairs: &mut Newly, found: &mut Vec<Meeting>) {
-        self.width.run(NewlySearch { world, predictor: self, now, pairs, found });
-    }
-
-    /// The first of a ball's meetings, if it is certainly before what was `foretold` of it.
-    #[inline(always)]
-    pub fn first_of_meetings(&self, world: &World, foretold: &Upcoming, meetings: &[Meeting]) -> Option<First> {
-        let (mut soonest, mut next) = (meetings.first()?, f64::INFINITY);
-        for meeting in &meetings[1..] {
-            if meeting.after_own_start < soonest.after_own_start {
-                (soonest, next) = (meeting, soonest.after_own_start);
-            } else {
-                next = next.min(meeting.after_own_start);
-            }
-        }
-        let [start, theirs] = [soonest.ball, soonest.other].map(|ball| world.flights[ball as usize].start());
-        let doubt = 2.0 * self.same + 8.0 * f64::EPSILON * soonest.after_own_start;
-        let foretold = foretold.time.since(start);
-        // A pair that touches may rest.
-        if soonest.seconds == 0.0 || !(next.min(foretold) - soonest.after_own_start > doubt) {
-            return None;
-        }
-        let later = if start.since(theirs) < 0.0 { theirs } else { start };
-        let time = world.clock.after(later, soonest.seconds);
-        Some(First { time, partner: Partner::ball(soonest.other), tied: false })
     }
 }
 

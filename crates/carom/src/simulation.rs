@@ -77,21 +77,10 @@ impl Counts {
 }
 
 enum Event {
-    /// All balls that have left their cells are moved.
     Sweep,
-    Leaving {
-        ball: usize,
-        time: Time,
-    },
-    Stale {
-        ball: usize,
-        time: Time,
-    },
-    Impact {
-        ball: usize,
-        partner: Partner,
-        time: Time,
-    },
+    Leaving { ball: usize, time: Time },
+    Stale { ball: usize, time: Time },
+    Impact { ball: usize, partner: Partner, time: Time },
 }
 
 /// A world in motion.

@@ -3,12 +3,14 @@
 //! A ball that passes into another cell meets but few new ones, too few for a row of its own; here a lane is a pair, whoever it
 //! belongs to. The arithmetic is that of [`super::row`], so the bits are the same.
 
-use super::Predictor;
 use super::lanes::{IN_ORDER, Lanes, Work};
 use super::row::{Ask, meetings};
+use super::seeker::Seeker;
+use super::{First, Predictor};
+use crate::event::Upcoming;
 use crate::time::Time;
-use crate::world::World;
 use crate::world::nearby::Gathered;
+use crate::world::{Partner, World};
 
 /// Pairs of balls that have just come near each other, to be looked at several at a time, whoever they belong to.
 #[derive(Clone, Debug, Default)]
@@ -85,14 +87,49 @@ impl Newly {
 /// Places filled at once.
 const CHUNK: usize = 16;
 
+impl Predictor {
+    /// Whether the ball's pairs can be looked at many at a time.
+    pub fn is_plain(&self, world: &World, ball: usize, now: Time) -> bool {
+        Seeker { world, predictor: self, ball, now }.is_plain()
+    }
+
+    /// Finds who meets somebody newly near before its limit, and forgets these pairs.
+    pub fn meet_newly(&self, world: &World, now: Time, pairs: &mut Newly, found: &mut Vec<Meeting>) {
+        self.width.run(NewlySearch { world, predictor: self, now, pairs, found });
+    }
+
+    /// The first of a ball's meetings, if it is certainly before what was `foretold` of it.
+    #[inline(always)]
+    pub fn first_of_meetings(&self, world: &World, foretold: &Upcoming, meetings: &[Meeting]) -> Option<First> {
+        let (mut soonest, mut next) = (meetings.first()?, f64::INFINITY);
+        for meeting in &meetings[1..] {
+            if meeting.after_own_start < soonest.after_own_start {
+                (soonest, next) = (meeting, soonest.after_own_start);
+            } else {
+                next = next.min(meeting.after_own_start);
+            }
+        }
+        let [start, theirs] = [soonest.ball, soonest.other].map(|ball| world.flights[ball as usize].start());
+        let doubt = 2.0 * self.same + 8.0 * f64::EPSILON * soonest.after_own_start;
+        let foretold = foretold.time.since(start);
+        // A pair that touches may rest.
+        if soonest.seconds == 0.0 || !(next.min(foretold) - soonest.after_own_start > doubt) {
+            return None;
+        }
+        let later = if start.since(theirs) < 0.0 { theirs } else { start };
+        let time = world.clock.after(later, soonest.seconds);
+        Some(First { time, partner: Partner::ball(soonest.other), tied: false })
+    }
+}
+
 /// The search through such pairs; forgets them.
-pub(super) struct NewlySearch<'a> {
-    pub world: &'a World,
-    pub predictor: &'a Predictor,
-    pub now: Time,
-    pub pairs: &'a mut Newly,
+struct NewlySearch<'a> {
+    world: &'a World,
+    predictor: &'a Predictor,
+    now: Time,
+    pairs: &'a mut Newly,
     /// Whoever meets somebody before its limit is added here.
-    pub found: &'a mut Vec<Meeting>,
+    found: &'a mut Vec<Meeting>,
 }
 
 impl Work for NewlySearch<'_> {

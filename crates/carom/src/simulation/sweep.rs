@@ -15,9 +15,11 @@ use crate::world::nearby::Nearby;
 const BALLS_PER_LEAVER: u64 = 128;
 /// New pairs are looked at when there are so many: they and their flights are still in the cache.
 const BATCH: usize = 256;
-
 /// So many balls are looked at before those of them that have to be moved are: all of these are still in the cache.
 const BLOCK: usize = 512;
+/// Where there are more balls than the caches hold: so many strays ahead, what comes next for one is fetched, and its cells.
+const FETCHED_EARLY: usize = 16;
+const FETCHED_LATE: usize = 6;
 
 /// When all balls are looked at next.
 #[derive(Clone, Debug)]
@@ -114,7 +116,7 @@ impl Simulation {
         let mut newly = std::mem::take(&mut self.sweeps.newly);
         let len = self.world.len();
         for first in (0..len).step_by(BLOCK) {
-            let Nearby::Cells(cells) = &self.nearby else { return };
+            let Nearby::Cells(cells) = &self.nearby else { break };
             let balls = first..len.min(first + BLOCK);
             self.width.run(Strays { cells, world: &self.world, sweep: &sweep, balls, found: &mut strays });
             for (k, &ball) in strays.iter().enumerate() {
@@ -173,10 +175,10 @@ impl Simulation {
     /// Fetches what bringing home the next few strays will look at.
     #[inline(always)]
     fn look_ahead_of_stray(&self, strays: &[u32]) {
-        if let Some(&ball) = strays.get(16) {
+        if let Some(&ball) = strays.get(FETCHED_EARLY) {
             prefetch_index(&self.upcoming, ball as usize);
         }
-        if let (Some(&ball), Nearby::Cells(cells)) = (strays.get(6), &self.nearby) {
+        if let (Some(&ball), Nearby::Cells(cells)) = (strays.get(FETCHED_LATE), &self.nearby) {
             cells.prefetch_cells(ball as usize, None);
         }
     }

@@ -34,6 +34,8 @@ const SLOTS: usize = 3;
 const CELLS_PER_BALL: usize = 2;
 /// Cells are at least so many times as wide as the largest ball: room for balls that are a little outside of theirs.
 const LEAST_WIDTH: f64 = 1.04;
+/// Of fewer cells round a periodic box, neighbours can stand half the box apart, where rounding chooses the image.
+const FEWEST_ROUND_A_BOX: i32 = 5;
 /// So few balls need no cells where space is not periodic.
 const FEW: usize = 32;
 const FEWEST_CELLS: usize = 64;
@@ -83,13 +85,13 @@ struct Level {
     smallest_radius: f64,
 }
 
-/// Where a ball lives.
+/// Where a ball lives; four of them fill a line of the cache.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
 struct Place {
     /// Cell on the finest level, counted on through periodic images since the ball's last impact.
     coordinate: [i32; 3],
     level: u32,
-    cell: u32,
 }
 
 /// A passage from one cell of the finest level into the next.
@@ -156,6 +158,9 @@ impl Cells {
             !periodic && (radii.len() <= FEW || (open && high[axis] <= low[axis]))
         });
         let mut base = base_count(extent, widest * LEAST_WIDTH, radii.len(), &single);
+        if (0..3).any(|axis| domain.boundary[axis] == Boundary::Periodic && base[axis] < FEWEST_ROUND_A_BOX) {
+            base = base_count(extent, widest, radii.len(), &single);
+        }
         let (level_of, finest) = levels_of(radii, &base, extent, smallest, &single);
         let mut crossed = [false; 3];
         for axis in 0..3 {
@@ -198,18 +203,15 @@ impl Cells {
         }
         let periodic_count =
             std::array::from_fn(|axis| if domain.boundary[axis] == Boundary::Periodic { fine[axis] } else { 0 });
-        let places = level_of
-            .iter()
-            .map(|&level| Place { coordinate: [0; 3], level: level_row[level as usize], cell: 0 })
-            .collect();
+        let places =
+            level_of.iter().map(|&level| Place { coordinate: [0; 3], level: level_row[level as usize] }).collect();
         Self {
             origin,
             width: extent / DVec3::from_array(fine.map(f64::from)),
             crossed,
             periodic_count,
             nearest_image_reach: (0..3)
-                // With four cells, neighbours can stand just half the box apart, where rounding chooses the image.
-                .filter(|&axis| domain.boundary[axis] == Boundary::Periodic && base[axis] < 5)
+                .filter(|&axis| domain.boundary[axis] == Boundary::Periodic && base[axis] < FEWEST_ROUND_A_BOX)
                 .map(|axis| domain.size[axis] * (0.5 - 2.0 / f64::from(fine[axis])))
                 .fold(f64::INFINITY, f64::min),
             interiors: false,
@@ -290,12 +292,13 @@ impl Cells {
     /// Moves a ball through a face of its cell.
     pub fn cross(&mut self, ball: usize, face: Face) {
         let step = if face.upward { 1 } else { -1 };
+        let before = self.cell_of(ball);
         let place = &mut self.places[ball];
         // Far out in open space the row of cells has closed on itself long ago; so may its numbers.
         place.coordinate[face.axis as usize] = place.coordinate[face.axis as usize].wrapping_add(step);
         let cell = self.cell_of(ball);
-        if cell != self.places[ball].cell {
-            self.unlink(ball);
+        if cell != before {
+            self.unlink(ball, before);
             self.link(ball, cell);
         }
     }
@@ -387,7 +390,6 @@ impl Cells {
 
     fn link(&mut self, ball: usize, cell: u32) {
         self.kept.forget();
-        self.places[ball].cell = cell;
         let mut row = cell as usize;
         loop {
             let here = &mut self.cells[row];
@@ -415,9 +417,9 @@ impl Cells {
         further as usize
     }
 
-    fn unlink(&mut self, ball: usize) {
+    fn unlink(&mut self, ball: usize, cell: u32) {
         let mut before = None;
-        let mut row = self.places[ball].cell as usize;
+        let mut row = cell as usize;
         loop {
             let here = &mut self.cells[row];
             let len = here.len();
@@ -461,7 +463,7 @@ impl Cells {
     pub fn prefetch_cells(&self, ball: usize, face: Option<Face>) {
         let (level, coordinate) = self.next_place(ball, face);
         if face.is_some() {
-            prefetch_index(&self.cells, self.places[ball].cell as usize);
+            prefetch_index(&self.cells, self.cell_of(ball) as usize);
             prefetch_index(&self.cells, level.row(coordinate));
         }
         let [(x, columns), (y, rows), (z, planes)] = level.beside(coordinate, face);

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::{Boundary, Cells, Face};
+use super::{Boundary, Cells, FEWEST_ROUND_A_BOX, Face};
 use crate::predict::lanes::{IN_ORDER, Lanes, MOST, Work};
 use crate::time::Time;
 use crate::tolerance::CELL_MARGIN;
@@ -34,7 +34,7 @@ impl Cells {
     pub(super) fn room_to_stray(&self, world: &World) -> f64 {
         let wide_enough = |axis: usize| match world.domain.boundary[axis] {
             Boundary::Open => false,
-            Boundary::Periodic => self.levels[0].count[axis] >= 5,
+            Boundary::Periodic => self.levels[0].count[axis] >= FEWEST_ROUND_A_BOX,
             Boundary::Walls => true,
         };
         let mut crossed = (0..3).filter(|&axis| self.crossed[axis]).peekable();
