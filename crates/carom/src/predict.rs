@@ -155,7 +155,7 @@ const NO_FRACTION: f64 = 1.5 * (1u64 << 52) as f64;
 
 /// To the nearest whole numbers, ties to even.
 #[inline(always)]
-fn round(v: DVec3) -> DVec3 {
+pub(crate) fn round(v: DVec3) -> DVec3 {
     (v + NO_FRACTION) - NO_FRACTION
 }
 

@@ -4,13 +4,13 @@
 //! belongs to. The arithmetic is that of [`super::row`], so the bits are the same.
 
 use super::lanes::{IN_ORDER, Lanes, Work};
-use super::row::{Ask, meetings};
+use super::row::{Ask, Soonest, meetings};
 use super::seeker::Seeker;
 use super::{First, Predictor};
 use crate::event::Upcoming;
 use crate::time::Time;
+use crate::world::World;
 use crate::world::nearby::Gathered;
-use crate::world::{Partner, World};
 
 /// Pairs of balls that have just come near each other, to be looked at several at a time, whoever they belong to.
 #[derive(Clone, Debug, Default)]
@@ -66,14 +66,10 @@ impl Newly {
         }
     }
 
+    /// Fills up the last block with the last ball and itself, which it never meets.
     fn fill_up(&mut self) {
         let len = self.others.count();
         let Some(&last) = self.asking[..len].last() else { return };
-        // With itself, which it never meets.
-        self.ask_nobody(len, last);
-    }
-
-    fn ask_nobody(&mut self, len: usize, last: u32) {
         let full = self.others.filled_up(last as usize).len();
         self.asking[len..full].fill(last);
         self.limits[len..full].fill(0.0);
@@ -100,7 +96,13 @@ impl Predictor {
 
     /// The first of a ball's meetings, if it is certainly before what was `foretold` of it.
     #[inline(always)]
-    pub fn first_of_meetings(&self, world: &World, foretold: &Upcoming, meetings: &[Meeting]) -> Option<First> {
+    pub fn first_of_meetings(
+        &self,
+        world: &World,
+        now: Time,
+        foretold: &Upcoming,
+        meetings: &[Meeting],
+    ) -> Option<First> {
         let (mut soonest, mut next) = (meetings.first()?, f64::INFINITY);
         for meeting in &meetings[1..] {
             if meeting.after_own_start < soonest.after_own_start {
@@ -109,16 +111,16 @@ impl Predictor {
                 next = next.min(meeting.after_own_start);
             }
         }
-        let [start, theirs] = [soonest.ball, soonest.other].map(|ball| world.flights[ball as usize].start());
-        let doubt = 2.0 * self.same + 8.0 * f64::EPSILON * soonest.after_own_start;
-        let foretold = foretold.time.since(start);
+        let Meeting { ball, other, after_own_start, seconds } = *soonest;
+        let seeker = Seeker { world, predictor: self, ball: ball as usize, now };
+        let next = next.min(foretold.time.since(seeker.flight().start()));
         // A pair that touches may rest.
-        if soonest.seconds == 0.0 || !(next.min(foretold) - soonest.after_own_start > doubt) {
+        if seconds == 0.0 || next <= after_own_start {
             return None;
         }
-        let later = if start.since(theirs) < 0.0 { theirs } else { start };
-        let time = world.clock.after(later, soonest.seconds);
-        Some(First { time, partner: Partner::ball(soonest.other), tied: false })
+        let soonest = Soonest { after_own_start, seconds, place: 0, next };
+        let first = seeker.considering(&soonest, &[other], First::NEVER);
+        (!first.tied).then_some(first)
     }
 }
 

@@ -200,7 +200,8 @@ impl<L: Lanes> Ask<L> {
             epoch,
             offset,
             age: l.add(l.sub(l.all(now.epoch), epoch), l.sub(l.all(now.offset), offset)),
-            radius: if predictor.contact_distance.is_some() { epoch } else { l.gather(&world.radii, asking) },
+            // Nobody asks for radii where all are the same.
+            radius: if predictor.contact_distance.is_some() { l.all(0.0) } else { l.gather(&world.radii, asking) },
         }
     }
 

@@ -81,8 +81,9 @@ impl Seeker<'_> {
         first
     }
 
+    /// `first`, or what a search through the row has found, if that is sooner.
     #[inline(always)]
-    fn considering(&self, soonest: &Soonest, row: &[u32], first: First) -> First {
+    pub fn considering(&self, soonest: &Soonest, row: &[u32], first: First) -> First {
         if soonest.after_own_start == f64::INFINITY {
             return first;
         }

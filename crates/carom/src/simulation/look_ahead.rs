@@ -90,7 +90,8 @@ impl Simulation {
     fn fetch(&mut self, ahead: u8, mark: Mark) {
         let (world, upcoming, nearby, room) = (&self.world, &self.upcoming[..], &mut self.nearby, &mut self.room);
         let ball = mark.ball as usize;
-        if ahead == 3 {
+        if usize::from(ahead) == BUCKETS - 1 {
+            // Whose event it is, and no more.
             prefetch_index(upcoming, ball);
             prefetch_index(&world.flights, ball);
             prefetch_index(&world.bodies, ball);

@@ -13,6 +13,8 @@ use crate::world::nearby::Nearby;
 /// times fewer, and they become rarer. (What a thousand balls at packings of 0.1 and 0.3 are fastest with; 32 to 512 are as good
 /// within three per cent.)
 const BALLS_PER_LEAVER: u64 = 128;
+/// Sweeps are at least so many times farther apart than what belongs to one instant.
+const INSTANTS: f64 = 1024.0;
 /// New pairs are looked at when there are so many: they and their flights are still in the cache.
 const BATCH: usize = 256;
 /// So many balls are looked at before those of them that have to be moved are: all of these are still in the cache.
@@ -56,11 +58,12 @@ impl Simulation {
         self.sweeps = Sweeps::never();
         let Nearby::Cells(cells) = &self.nearby else { return };
         let (world, slack) = (&self.world, cells.slack());
+        if slack == 0.0 {
+            return;
+        }
         let squares: f64 = (0..world.len()).map(|ball| world.velocity(ball, now).length_squared()).sum();
         let speed = (squares / world.len().max(1) as f64).sqrt();
-        if slack > 0.0 {
-            self.plan_sweep(now, slack / speed);
-        }
+        self.plan_sweep(now, slack / speed);
     }
 
     fn plan_sweep(&mut self, now: Time, interval: f64) {
@@ -71,7 +74,7 @@ impl Simulation {
         self.sweeps.leavers = 0;
         self.sweeps.interval = interval;
         let horizon = clock.after(now, interval);
-        if interval > 1024.0 * early && horizon.is_reachable() {
+        if interval > INSTANTS * early && horizon.is_reachable() {
             cells.hold_until(horizon);
             self.sweeps.next = clock.after(now, interval - early);
         } else {
@@ -141,7 +144,7 @@ impl Simulation {
         let now = sweep.now;
         let known = self.upcoming[ball];
         if !known.is_impact() {
-            // It leaves by an event of its own, at once.
+            // It leaves by an event of its own, and is where it may be until then.
             return;
         }
         let Nearby::Cells(cells) = &mut self.nearby else { return };
@@ -189,7 +192,7 @@ impl Simulation {
         self.predictor.meet_newly(&self.world, now, newly, &mut found);
         for meetings in found.chunk_by(|a, b| a.ball == b.ball) {
             let ball = meetings[0].ball as usize;
-            match self.predictor.first_of_meetings(&self.world, &self.upcoming[ball], meetings) {
+            match self.predictor.first_of_meetings(&self.world, now, &self.upcoming[ball], meetings) {
                 Some(first) => self.schedule(ball, first, now),
                 None => self.predict(ball, now),
             }

@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use super::{Boundary, Cells, FEWEST_ROUND_A_BOX, Face};
 use crate::predict::lanes::{IN_ORDER, Lanes, MOST, Work};
+use crate::predict::round;
 use crate::time::Time;
 use crate::tolerance::CELL_MARGIN;
 use crate::world::World;
@@ -107,12 +108,12 @@ impl Cells {
         let way = flight.velocity_after(seconds, acceleration).abs() * half + acceleration.abs() * (0.5 * half * half);
         let fast = !(way * self.inverse).cmple(self.slack * self.inverse).all();
         let position = flight.position_after(if fast { seconds - half } else { seconds }, acceleration);
+        let coordinate = DVec3::from_array(self.places[ball].coordinate.map(f64::from));
+        // Told once: at a face, where rounding could tell both ways in turn, it may be on either side.
+        let mut steps = round((position - self.origin) * self.inverse - coordinate - 0.5);
         let mut passed = 0;
         loop {
-            let coordinate = DVec3::from_array(self.places[ball].coordinate.map(f64::from));
-            let out = (position - self.origin) * self.inverse - coordinate;
-            let below = out.cmplt(DVec3::ZERO).bitmask();
-            let faces = below | out.cmpge(DVec3::ONE).bitmask() << 3;
+            let faces = steps.cmplt(DVec3::ZERO).bitmask() | steps.cmpgt(DVec3::ZERO).bitmask() << 3;
             if faces == 0 {
                 break;
             }
@@ -120,6 +121,7 @@ impl Cells {
             let face = Face { axis: (face % 3) as u8, upward: face >= 3 };
             self.cross(ball, face);
             self.near_after_crossing(ball, || world.radii[ball], face, found);
+            steps[usize::from(face.axis)] -= if face.upward { 1.0 } else { -1.0 };
             passed += 1;
         }
         if passed > 0 {
