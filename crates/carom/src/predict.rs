@@ -17,7 +17,7 @@ pub mod turning;
 use glam::DVec3;
 
 use self::cut_off::{CutOffs, Foreseen, Next};
-use self::lanes::Width;
+use self::lanes::{MOST, Width};
 pub use self::newly::{Meeting, Newly};
 use self::row::{Search, Soonest};
 use self::seeker::Seeker;
@@ -269,6 +269,18 @@ impl Predictor {
         Seeker { world, predictor: self, ball, now }.first(row, nearby.planes(ball))
     }
 
+    /// The first impact of `ball` with anybody of a row that is filled up with the ball itself, or with a plane.
+    pub fn first_impact_among(
+        &self,
+        world: &World,
+        ball: usize,
+        now: Time,
+        row: &[u32],
+        planes: PlaneSet,
+    ) -> First {
+        Seeker { world, predictor: self, ball, now }.first(row, planes)
+    }
+
     /// The first impacts of both balls of an impact. Where there are lists, both search before either is foretold: so the
     /// processor works on one row while it waits for the other.
     #[inline(always)]
@@ -301,7 +313,11 @@ impl Predictor {
     /// Searches a row by whatever registers this machine has.
     #[inline(always)]
     fn search(&self, seeker: Seeker, row: &[u32]) -> Soonest {
-        self.width.run(&Search { seeker, row })
+        // The length of most lists.
+        match <&[u32; 2 * MOST]>::try_from(row) {
+            Ok(row) => self.width.run(&Search { seeker, row }),
+            Err(_) => self.width.run(&Search { seeker, row }),
+        }
     }
 
     /// Whether `ball` or somebody near turns.

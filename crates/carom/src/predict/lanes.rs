@@ -1,7 +1,8 @@
 //! Several numbers side by side in the processor's vector registers, as wide as this machine has them.
 //!
 //! Only additions, subtractions, products, quotients, square roots and comparisons: IEEE 754 rounds each of them the same in
-//! every lane and at every width, and none is fused with another, so the bits do not depend on the machine.
+//! every lane and at every width, and none is fused with another, so the bits do not depend on the machine. What is called
+//! near does; it serves for bounds alone.
 
 mod twice;
 
@@ -36,6 +37,14 @@ pub trait Lanes: Copy {
     fn div(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     /// √a.
     fn sqrt(self, a: Self::Numbers) -> Self::Numbers;
+    /// c + a b, rounded once or twice: for bounds, whose bits nobody sees.
+    fn near_add_product(self, c: Self::Numbers, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// c - a b, likewise.
+    fn near_sub_product(self, c: Self::Numbers, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
+    /// √a to one part in [`NEAR`], for a from 1e-306 to 1e301: for bounds.
+    fn near_sqrt(self, a: Self::Numbers) -> Self::Numbers;
+    /// a / b to one part in [`NEAR`], for b from 1e-306 to 1e301: for bounds.
+    fn near_quotient(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     /// The lesser; `b` where they are equal.
     fn min(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     /// The greater; `b` where they are equal.
@@ -56,6 +65,8 @@ pub trait Lanes: Copy {
     fn select(self, mask: Self::Mask, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     /// One of them.
     fn nth(self, numbers: Self::Numbers, lane: usize) -> f64;
+    /// One of two times as many.
+    fn nth_of_two(self, numbers: [Self::Numbers; 2], lane: usize) -> f64;
     /// Which of eight points are less than the root of `within` from `from`, as bits; in single precision.
     fn within(self, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32;
     /// Which of eight rows are `row`, as bits.
@@ -92,6 +103,9 @@ impl<L: Lanes, W: Work> NullaryFnOnce for Compiled<L, W> {
 
 /// As many lanes as any machine has.
 pub const MOST: usize = 8;
+
+/// What is near differs by less than one part in so many.
+pub const NEAR: f64 = (1 << 13) as f64;
 
 /// The places of numbers that stand side by side.
 pub const IN_ORDER: [u32; MOST] = [0, 1, 2, 3, 4, 5, 6, 7];
@@ -219,6 +233,26 @@ impl Lanes for Narrow {
     }
 
     #[inline(always)]
+    fn near_add_product(self, c: [f64; 2], a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+        self.add(c, self.mul(a, b))
+    }
+
+    #[inline(always)]
+    fn near_sub_product(self, c: [f64; 2], a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+        self.sub(c, self.mul(a, b))
+    }
+
+    #[inline(always)]
+    fn near_sqrt(self, a: [f64; 2]) -> [f64; 2] {
+        self.sqrt(a)
+    }
+
+    #[inline(always)]
+    fn near_quotient(self, a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+        self.div(a, b)
+    }
+
+    #[inline(always)]
     fn below(self, a: [f64; 2], b: [f64; 2]) -> [bool; 2] {
         std::array::from_fn(|lane| a[lane] < b[lane])
     }
@@ -256,6 +290,11 @@ impl Lanes for Narrow {
     #[inline(always)]
     fn nth(self, numbers: [f64; 2], lane: usize) -> f64 {
         numbers[lane]
+    }
+
+    #[inline(always)]
+    fn nth_of_two(self, numbers: [[f64; 2]; 2], lane: usize) -> f64 {
+        numbers.as_flattened()[lane]
     }
 
     #[inline(always)]
@@ -339,6 +378,26 @@ impl Lanes for pulp::x86::V3 {
     }
 
     #[inline(always)]
+    fn near_add_product(self, c: Self::Numbers, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+        self.fma._mm256_fmadd_pd(a, b, c)
+    }
+
+    #[inline(always)]
+    fn near_sub_product(self, c: Self::Numbers, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+        self.fma._mm256_fnmadd_pd(a, b, c)
+    }
+
+    #[inline(always)]
+    fn near_sqrt(self, a: Self::Numbers) -> Self::Numbers {
+        self.sqrt(a)
+    }
+
+    #[inline(always)]
+    fn near_quotient(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+        self.div(a, b)
+    }
+
+    #[inline(always)]
     fn below(self, a: Self::Numbers, b: Self::Numbers) -> Self::Mask {
         self.avx._mm256_cmp_pd::<{ std::arch::x86_64::_CMP_LT_OQ }>(a, b)
     }
@@ -368,6 +427,12 @@ impl Lanes for pulp::x86::V3 {
     #[inline(always)]
     fn nth(self, numbers: Self::Numbers, lane: usize) -> f64 {
         let numbers: [f64; 4] = pulp::cast(numbers);
+        numbers[lane]
+    }
+
+    #[inline(always)]
+    fn nth_of_two(self, numbers: [Self::Numbers; 2], lane: usize) -> f64 {
+        let numbers: [f64; 8] = pulp::cast(numbers);
         numbers[lane]
     }
 
@@ -500,6 +565,27 @@ impl Lanes for pulp::x86::V4 {
     }
 
     #[inline(always)]
+    fn near_add_product(self, c: Self::Numbers, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+        self.avx512f._mm512_fmadd_pd(a, b, c)
+    }
+
+    #[inline(always)]
+    fn near_sub_product(self, c: Self::Numbers, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+        self.avx512f._mm512_fnmadd_pd(a, b, c)
+    }
+
+    #[inline(always)]
+    fn near_sqrt(self, a: Self::Numbers) -> Self::Numbers {
+        // To 2^-14.
+        self.avx512f._mm512_mul_pd(a, self.avx512f._mm512_rsqrt14_pd(a))
+    }
+
+    #[inline(always)]
+    fn near_quotient(self, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+        self.avx512f._mm512_mul_pd(a, self.avx512f._mm512_rcp14_pd(b))
+    }
+
+    #[inline(always)]
     fn below(self, a: Self::Numbers, b: Self::Numbers) -> u8 {
         self.avx512f._mm512_cmp_pd_mask::<{ std::arch::x86_64::_CMP_LT_OQ }>(a, b)
     }
@@ -541,8 +627,16 @@ impl Lanes for pulp::x86::V4 {
 
     #[inline(always)]
     fn nth(self, numbers: Self::Numbers, lane: usize) -> f64 {
-        let numbers: [f64; 8] = pulp::cast(numbers);
-        numbers[lane]
+        let place = self.avx512f._mm512_set1_epi64(lane as i64);
+        let [nth, ..]: [f64; 8] = pulp::cast(self.avx512f._mm512_permutexvar_pd(place, numbers));
+        nth
+    }
+
+    #[inline(always)]
+    fn nth_of_two(self, [low, high]: [Self::Numbers; 2], lane: usize) -> f64 {
+        let place = self.avx512f._mm512_set1_epi64(lane as i64);
+        let [nth, ..]: [f64; 8] = pulp::cast(self.avx512f._mm512_permutex2var_pd(low, place, high));
+        nth
     }
 
     #[inline(always)]
@@ -630,6 +724,21 @@ mod tests {
             assert_eq!(results.map(|r| stored(lanes, r)[lane]), expected);
             let expected = [x.min(3.0), x.max(3.0), if x < 3.0 { 3.0 } else { x }];
             assert_eq!(more.map(|r| stored(lanes, r)[lane]), expected);
+        }
+        // From the least to the greatest numbers that what is near has to serve for.
+        for exponent in -1016..=1000 {
+            let scale = 2f64.powi(exponent);
+            let x = lanes.mul(a, lanes.all(1.37 * scale / 16.0));
+            let (root, quotient) = (lanes.near_sqrt(x), lanes.near_quotient(lanes.all(7.0), x));
+            for lane in 0..count {
+                let x = (1.0 + lane as f64) * (1.37 * scale / 16.0);
+                let is_near = |a: f64, b: f64| (a / b - 1.0).abs() < 1.0 / NEAR;
+                assert!(is_near(stored(lanes, root)[lane], x.sqrt()), "√{x}");
+                assert!(is_near(stored(lanes, quotient)[lane], 7.0 / x), "7 / {x}");
+            }
+        }
+        for (near, sign) in [(lanes.near_add_product(a, b, b), 1.0), (lanes.near_sub_product(a, b, b), -1.0)] {
+            (0..count).for_each(|lane| assert_eq!(stored(lanes, near)[lane], 1.0 + lane as f64 + sign * 9.0));
         }
         let all = (1 << count) - 1;
         assert_eq!(lanes.bits(lanes.below(a, b)), 0b11);

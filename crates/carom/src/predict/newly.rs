@@ -4,7 +4,7 @@
 //! belongs to. The arithmetic is that of [`super::row`], so the bits are the same.
 
 use super::lanes::{IN_ORDER, Lanes, Work};
-use super::row::{Ask, Soonest, meetings};
+use super::row::{Ask, Soonest};
 use super::seeker::Seeker;
 use super::{First, Predictor};
 use crate::event::Upcoming;
@@ -19,9 +19,8 @@ pub struct Newly {
     others: Gathered,
     /// Seconds after the asking ball's own start up to which an impact matters to it.
     limits: Vec<f64>,
-    /// What comes of it: seconds from the asking ball's own start to the impact, and from the later of the two starts.
-    after_own_start: Vec<f64>,
-    seconds: Vec<f64>,
+    /// Seconds after it before which they certainly do not meet.
+    earliest: Vec<f64>,
 }
 
 /// An impact of two balls that have just come near each other.
@@ -73,9 +72,8 @@ impl Newly {
         let full = self.others.filled_up(last as usize).len();
         self.asking[len..full].fill(last);
         self.limits[len..full].fill(0.0);
-        if self.seconds.len() < full {
-            self.seconds.resize(full, 0.0);
-            self.after_own_start.resize(full, 0.0);
+        if self.earliest.len() < full {
+            self.earliest.resize(full, 0.0);
         }
     }
 }
@@ -153,32 +151,43 @@ impl NewlySearch<'_> {
     fn search<L: Lanes, const PERIODIC: bool, const FALLING: bool>(self, l: L) {
         let Self { world, predictor, now, pairs, found } = self;
         pairs.fill_up();
-        let Newly { asking, others, limits, after_own_start, seconds } = pairs;
+        let Newly { asking, others, limits: limits_of, earliest } = pairs;
         let others_of = others.whole_rows();
         for first in (0..others_of.len()).step_by(L::COUNT) {
             let block = first..first + L::COUNT;
             let ask = Ask::of_each(l, world, predictor, now, &asking[block.clone()]);
-            let others = &others_of[block.clone()];
-            let (after, later) = meetings::<L, PERIODIC, FALLING, false>(l, world, predictor, &ask, others);
-            l.put(after, &mut after_own_start[block.clone()]);
-            l.put(later, &mut seconds[block]);
+            let approach = ask.approach::<PERIODIC, FALLING, false>(l, world, &others_of[block.clone()]);
+            l.put(approach.earliest::<false>(l), &mut earliest[block]);
         }
         // Apart from the arithmetic, which so never waits for a branch.
         for first in (0..others_of.len()).step_by(L::COUNT) {
-            let after = l.gather(&after_own_start[first..first + L::COUNT], &IN_ORDER);
-            let limits = l.gather(&limits[first..first + L::COUNT], &IN_ORDER);
-            let mut hits = l.bits(l.below(after, limits));
+            let earliest = l.gather(&earliest[first..first + L::COUNT], &IN_ORDER);
+            let limits = l.gather(&limits_of[first..first + L::COUNT], &IN_ORDER);
+            let mut hits = l.bits(l.below(earliest, limits));
             while hits != 0 {
                 let k = first + hits.trailing_zeros() as usize;
-                found.push(Meeting {
-                    ball: asking[k],
-                    other: others_of[k],
-                    after_own_start: after_own_start[k],
-                    seconds: seconds[k],
-                });
+                let (ball, other) = (asking[k], others_of[k]);
+                found.extend(meeting_before(world, predictor, now, [ball, other], limits_of[k]));
                 hits &= hits - 1;
             }
         }
         others.clear();
     }
+}
+
+/// When two balls meet, if that is before a limit, both in seconds from the first one's own start.
+#[inline(always)]
+fn meeting_before(
+    world: &World,
+    predictor: &Predictor,
+    now: Time,
+    [ball, other]: [u32; 2],
+    limit: f64,
+) -> Option<Meeting> {
+    if ball == other {
+        return None;
+    }
+    let seeker = Seeker { world, predictor, ball: ball as usize, now };
+    let (after_own_start, seconds) = seeker.meeting_with(other as usize)?;
+    (after_own_start < limit).then_some(Meeting { ball, other, after_own_start, seconds })
 }

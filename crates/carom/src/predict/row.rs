@@ -1,9 +1,11 @@
-//! A ball against a whole row of others, several at a time: [`super::ball_ball::time_of_impact`] in each lane, operation by
-//! operation, so that a pair's root has the same bits as alone.
+//! A ball against a whole row of others, several at a time: for each, a time before which it is certainly not met. Whoever could
+//! be met first is then met by [`super::ball_ball`], and if that is before all others could be, nobody else has to be.
 
-use super::lanes::{Lanes, Twice, Work};
+use glam::DVec3;
+
+use super::lanes::{Lanes, NEAR, Twice, Work};
 use super::seeker::Seeker;
-use super::{NO_FRACTION, Predictor};
+use super::{NO_FRACTION, Predictor, ball_ball};
 use crate::time::Time;
 use crate::world::World;
 
@@ -16,26 +18,32 @@ pub struct Soonest {
     pub seconds: f64,
     /// The place in the row of whom it meets.
     pub place: usize,
-    /// Seconds from the ball's own start to the next impact after this.
+    /// Seconds from the ball's own start before which there is no other impact.
     pub next: f64,
 }
+
+/// In relation to the lengths, rounding of [`super::ball_ball`] and of the bounds here is less (see [`Approach::earliest`]).
+const ROUNDING: f64 = 1.0 / (1u64 << 46) as f64;
+/// Greater than any error of numbers too small for all their digits.
+const TINY: f64 = 1e-306;
 
 impl Soonest {
     const NEVER: Self = Self { after_own_start: f64::INFINITY, seconds: f64::INFINITY, place: 0, next: f64::INFINITY };
 }
 
-/// The search of a ball through a row, whose length is a multiple of [`super::lanes::MOST`].
-pub(super) struct Search<'a> {
+/// The search of a ball through a row: a slice whose length is a multiple of [`super::lanes::MOST`], or an array of a known
+/// length, for which nothing is kept ready but what that needs.
+pub(super) struct Search<'a, R: ?Sized> {
     pub seeker: Seeker<'a>,
-    pub row: &'a [u32],
+    pub row: &'a R,
 }
 
-impl Work for &Search<'_> {
+impl<R: AsRef<[u32]> + ?Sized> Work for &Search<'_, R> {
     type Output = Soonest;
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> Soonest {
-        let (seeker, row) = (&self.seeker, self.row);
+        let (seeker, row) = (&self.seeker, self.row.as_ref());
         // Right after an impact of its own, nobody's flight is younger.
         let fresh = seeker.flight().start() == seeker.now;
         match (seeker.predictor.periods.any, seeker.predictor.falling, fresh) {
@@ -118,17 +126,6 @@ impl<L: Lanes> Axis<L> {
     }
 }
 
-#[inline(always)]
-fn dot<L: Lanes>(l: L, a: [L::Numbers; 3], b: [L::Numbers; 3]) -> L::Numbers {
-    l.add(l.add(l.mul(a[0], b[0]), l.mul(a[1], b[1])), l.mul(a[2], b[2]))
-}
-
-/// a b - c d.
-#[inline(always)]
-fn minor<L: Lanes>(l: L, a: L::Numbers, b: L::Numbers, c: L::Numbers, d: L::Numbers) -> L::Numbers {
-    l.sub(l.mul(a, b), l.mul(c, d))
-}
-
 /// The first impact of the seeker with any of `row`. `PERIODIC`: some axis is; `FALLING`: all balls fall with the same
 /// acceleration; `FRESH`: the seeker's flight begins now, and nobody's later.
 #[inline(always)]
@@ -145,19 +142,18 @@ fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool, const FRESH: boo
     let mut firsts = Firsts::none(two);
     let mut place = 0;
     while place < row.len() {
-        let meetings = if place + 2 * L::COUNT <= row.len() {
+        if place + 2 * L::COUNT <= row.len() {
             let others = &row[place..place + 2 * L::COUNT];
-            meetings::<Twice<L>, PERIODIC, FALLING, FRESH>(two, seeker.world, seeker.predictor, &asks, others)
+            let approach = asks.approach::<PERIODIC, FALLING, FRESH>(two, seeker.world, others);
+            firsts.consider::<FRESH>(two, approach.earliest::<FRESH>(two), &approach, place);
         } else {
-            let others = &row[place..];
-            let (after, seconds) =
-                meetings::<L, PERIODIC, FALLING, FRESH>(l, seeker.world, seeker.predictor, &ask, others);
-            ([after, l.all(f64::INFINITY)], [seconds; 2])
-        };
-        firsts.consider::<FRESH>(two, meetings, place);
+            let approach = ask.approach::<PERIODIC, FALLING, FRESH>(l, seeker.world, &row[place..]);
+            let earliest = approach.earliest::<FRESH>(l);
+            firsts.consider::<FRESH>(two, [earliest, l.all(f64::INFINITY)], &approach.twice(), place);
+        }
         place += 2 * L::COUNT;
     }
-    firsts.soonest::<FRESH>(two)
+    firsts.soonest::<FRESH>(two, seeker, row)
 }
 
 /// The ball that asks, in all lanes; or one in each.
@@ -166,7 +162,9 @@ pub(super) struct Ask<L: Lanes> {
     epoch: L::Numbers,
     offset: L::Numbers,
     age: L::Numbers,
-    radius: L::Numbers,
+    /// The contact distance (m) where all balls are of one size; elsewhere the ball's radius.
+    distance: L::Numbers,
+    of_one_size: bool,
 }
 
 impl<L: Lanes> Ask<L> {
@@ -183,7 +181,8 @@ impl<L: Lanes> Ask<L> {
             epoch: l.all(start.epoch),
             offset: l.all(start.offset),
             age: l.all(seeker.now.since(start)),
-            radius: l.all(seeker.radius()),
+            distance: l.all(predictor.contact_distance.unwrap_or(seeker.radius())),
+            of_one_size: predictor.contact_distance.is_some(),
         }
     }
 
@@ -200,8 +199,11 @@ impl<L: Lanes> Ask<L> {
             epoch,
             offset,
             age: l.add(l.sub(l.all(now.epoch), epoch), l.sub(l.all(now.offset), offset)),
-            // Nobody asks for radii where all are the same.
-            radius: if predictor.contact_distance.is_some() { l.all(0.0) } else { l.gather(&world.radii, asking) },
+            distance: match predictor.contact_distance {
+                Some(same) => l.all(same),
+                None => l.gather(&world.radii, asking),
+            },
+            of_one_size: predictor.contact_distance.is_some(),
         }
     }
 
@@ -212,58 +214,93 @@ impl<L: Lanes> Ask<L> {
             epoch: [self.epoch; 2],
             offset: [self.offset; 2],
             age: [self.age; 2],
-            radius: [self.radius; 2],
+            distance: [self.distance; 2],
+            of_one_size: self.of_one_size,
         }
+    }
+
+    /// How each of `others` is approached. (No closures in here: they would not be compiled for `L`.)
+    #[inline(always)]
+    pub fn approach<const PERIODIC: bool, const FALLING: bool, const FRESH: bool>(
+        &self,
+        l: L,
+        world: &World,
+        others: &[u32],
+    ) -> Approach<L> {
+        let zero = l.all(0.0);
+        let [x, y, z, vx, vy, vz, their_epoch, their_offset] = l.columns(&world.flights, others);
+        let ahead = l.add(l.sub(self.epoch, their_epoch), l.sub(self.offset, their_offset));
+        let mine_flown = if FRESH { zero } else { l.max(l.sub(zero, ahead), zero) };
+        let theirs_flown = if FRESH { ahead } else { l.max(ahead, zero) };
+        let flown = [mine_flown, theirs_flown, l.sub(self.age, mine_flown)];
+        let (rx, vx) = self.axes[0].seen_from::<PERIODIC, FALLING, FRESH>(l, x, vx, flown);
+        let (ry, vy) = self.axes[1].seen_from::<PERIODIC, FALLING, FRESH>(l, y, vy, flown);
+        let (rz, vz) = self.axes[2].seen_from::<PERIODIC, FALLING, FRESH>(l, z, vz, flown);
+        let distance =
+            if self.of_one_size { self.distance } else { l.add(self.distance, l.gather(&world.radii, others)) };
+        Approach { r: [rx, ry, rz], v: [vx, vy, vz], mine_flown, distance }
     }
 }
 
-/// When the seeker meets each of `others`: seconds from its own start, infinite where it does not, and from the later start. (No
-/// closures in here: they would not be compiled for `L`.)
-#[inline(always)]
-pub(super) fn meetings<L: Lanes, const PERIODIC: bool, const FALLING: bool, const FRESH: bool>(
-    l: L,
-    world: &World,
-    predictor: &Predictor,
-    ask: &Ask<L>,
-    others: &[u32],
-) -> (L::Numbers, L::Numbers) {
-    let zero = l.all(0.0);
-    let never = l.all(f64::INFINITY);
-    let [x, y, z, vx, vy, vz, their_epoch, their_offset] = l.columns(&world.flights, others);
-    let ahead = l.add(l.sub(ask.epoch, their_epoch), l.sub(ask.offset, their_offset));
-    let mine_flown = if FRESH { zero } else { l.max(l.sub(zero, ahead), zero) };
-    let theirs_flown = if FRESH { ahead } else { l.max(ahead, zero) };
-    let flown = [mine_flown, theirs_flown, l.sub(ask.age, mine_flown)];
-    let (rx, vx) = ask.axes[0].seen_from::<PERIODIC, FALLING, FRESH>(l, x, vx, flown);
-    let (ry, vy) = ask.axes[1].seen_from::<PERIODIC, FALLING, FRESH>(l, y, vy, flown);
-    let (rz, vz) = ask.axes[2].seen_from::<PERIODIC, FALLING, FRESH>(l, z, vz, flown);
-    let (r, v) = ([rx, ry, rz], [vx, vy, vz]);
-    let distance = match predictor.contact_distance {
-        Some(same) => l.all(same),
-        None => l.add(ask.radius, l.gather(&world.radii, others)),
-    };
-    let b = dot(l, r, v);
-    let squared = dot(l, r, r);
-    let cross = [minor(l, ry, vz, rz, vy), minor(l, rz, vx, rx, vz), minor(l, rx, vy, ry, vx)];
-    let reach = l.mul(distance, distance);
-    let (sweep, miss) = (l.mul(reach, dot(l, v, v)), dot(l, cross, cross));
-    let approaching = l.below(b, zero);
-    let hitting = l.below(miss, sweep);
-    let apart = l.sqrt(squared);
-    let c = l.mul(l.sub(apart, distance), l.add(apart, distance));
-    let discriminant = l.sub(sweep, miss);
-    let flight = l.div(c, l.sub(l.sqrt(l.max(discriminant, zero)), b));
-    // Overlapping and approaching: now.
-    let seconds = l.select(l.below(zero, c), flight, zero);
-    let meets = l.both(approaching, l.either(hitting, l.below(apart, distance)));
-    (l.select(meets, if FRESH { seconds } else { l.add(seconds, mine_flown) }, never), seconds)
+/// Balls as seen from others: position (m) and velocity (m/s) at the later of their starts, the seconds flown until then, and the
+/// contact distance (m); the bits are those of [`Seeker::meeting_with`].
+#[derive(Clone, Copy)]
+pub(super) struct Approach<L: Lanes> {
+    r: [L::Numbers; 3],
+    v: [L::Numbers; 3],
+    mine_flown: L::Numbers,
+    distance: L::Numbers,
 }
 
-/// In each lane, the first meeting so far, where in the row its block begins, and the next after it.
+impl<L: Lanes> Approach<L> {
+    /// Twice the same.
+    #[inline(always)]
+    fn twice(&self) -> Approach<Twice<L>> {
+        let ([x, y, z], [vx, vy, vz]) = (self.r, self.v);
+        Approach {
+            r: [[x; 2], [y; 2], [z; 2]],
+            v: [[vx; 2], [vy; 2], [vz; 2]],
+            mine_flown: [self.mine_flown; 2],
+            distance: [self.distance; 2],
+        }
+    }
+
+    /// Seconds from the ball's own start before which each pair certainly does not meet; infinite if it never does.
+    ///
+    /// [`ball_ball::time_of_impact`] gives c / (√D - b) with c, D and b rounded, and 0 for those that overlap. Here
+    ///
+    ///   c' = r² - s² - K (r² + s²),  D' = b² - v² c',  K = 2^-46,
+    ///
+    /// with the very b of there. With ε = 2^-53, all sums of both are exact to 10 ε (r² + s²), 10 ε v² (r² + s²) for D, while K is
+    /// 128 ε: so c' is less than its c, and D' more than its D. (Without K, both D are the same number by Lagrange's identity.)
+    /// So c' / (√D' - b) is no later, and a pair that it finds to meet has D' > 0. What the near root and the near quotient err by
+    /// is taken off twice.
+    #[inline(always)]
+    pub fn earliest<const FRESH: bool>(&self, l: L) -> L::Numbers {
+        let (zero, tiny) = (l.all(0.0), l.all(TINY));
+        let (r, v) = (self.r, self.v);
+        let b = l.add(l.add(l.mul(r[0], v[0]), l.mul(r[1], v[1])), l.mul(r[2], v[2]));
+        let (squared, speed_squared) = (near_square(l, r), near_square(l, v));
+        let reach = l.mul(self.distance, self.distance);
+        let c = l.near_sub_product(l.sub(squared, reach), l.all(ROUNDING), l.add(squared, reach));
+        let discriminant = l.near_sub_product(l.near_add_product(tiny, b, b), speed_squared, c);
+        let approach_rate = l.sub(l.near_sqrt(l.max(discriminant, tiny)), b);
+        let seconds = l.mul(l.near_quotient(c, approach_rate), l.all(1.0 - 4.0 / NEAR));
+        let meets = l.both(l.below(b, zero), l.below(zero, discriminant));
+        l.select(meets, if FRESH { seconds } else { l.add(seconds, self.mine_flown) }, l.all(f64::INFINITY))
+    }
+}
+
+#[inline(always)]
+fn near_square<L: Lanes>(l: L, a: [L::Numbers; 3]) -> L::Numbers {
+    l.near_add_product(l.near_add_product(l.mul(a[0], a[0]), a[1], a[1]), a[2], a[2])
+}
+
+/// In each lane, who could be met first so far, where in the row its block begins, and when the next could be.
 struct Firsts<L: Lanes> {
-    after_own_start: L::Numbers,
-    seconds: L::Numbers,
+    earliest: L::Numbers,
     next: L::Numbers,
+    approach: Approach<L>,
     place: L::Numbers,
     blocks: usize,
 }
@@ -271,41 +308,157 @@ struct Firsts<L: Lanes> {
 impl<L: Lanes> Firsts<L> {
     #[inline(always)]
     fn none(l: L) -> Self {
-        let never = l.all(f64::INFINITY);
-        Self { after_own_start: never, seconds: never, next: never, place: l.all(0.0), blocks: 0 }
+        let (never, zero) = (l.all(f64::INFINITY), l.all(0.0));
+        let approach = Approach { r: [zero; 3], v: [zero; 3], mine_flown: zero, distance: zero };
+        Self { earliest: never, next: never, approach, place: zero, blocks: 0 }
     }
 
     /// With one more block, which begins at `place` in the row.
     #[inline(always)]
-    fn consider<const FRESH: bool>(&mut self, l: L, (after, seconds): (L::Numbers, L::Numbers), place: usize) {
+    fn consider<const FRESH: bool>(&mut self, l: L, earliest: L::Numbers, approach: &Approach<L>, place: usize) {
         self.blocks += 1;
         if self.blocks == 1 {
-            (self.after_own_start, self.seconds) = (after, seconds);
+            self.earliest = earliest;
+            self.approach = *approach;
             return;
         }
-        let sooner = l.below(after, self.after_own_start);
-        self.next = l.min(self.next, l.max(self.after_own_start, after));
-        self.after_own_start = l.select(sooner, after, self.after_own_start);
+        let sooner = l.below(earliest, self.earliest);
+        self.next = l.min(self.next, l.max(self.earliest, earliest));
+        self.earliest = l.select(sooner, earliest, self.earliest);
+        for axis in 0..3 {
+            self.approach.r[axis] = l.select(sooner, approach.r[axis], self.approach.r[axis]);
+            self.approach.v[axis] = l.select(sooner, approach.v[axis], self.approach.v[axis]);
+        }
         if !FRESH {
-            self.seconds = l.select(sooner, seconds, self.seconds);
+            self.approach.mine_flown = l.select(sooner, approach.mine_flown, self.approach.mine_flown);
         }
         self.place = l.select(sooner, l.all(place as f64), self.place);
     }
 
     /// The first of all lanes.
     #[inline(always)]
-    fn soonest<const FRESH: bool>(self, l: L) -> Soonest {
-        let after_own_start = l.least(self.after_own_start);
-        let firsts = l.equal(self.after_own_start, l.all(after_own_start));
+    fn soonest<const FRESH: bool>(self, l: L, seeker: &Seeker, row: &[u32]) -> Soonest {
+        let earliest = l.least(self.earliest);
+        if earliest == f64::INFINITY {
+            return Soonest::NEVER;
+        }
+        let firsts = l.equal(self.earliest, l.all(earliest));
         let bits = l.bits(firsts);
         let lane = bits.trailing_zeros() as usize % L::COUNT;
+        let place = lane + if self.blocks == 1 { 0 } else { l.nth(self.place, lane) as usize };
         // The next after the first of one lane, unless several lanes have it.
-        let next = l.least(l.select(firsts, self.next, self.after_own_start));
-        Soonest {
-            after_own_start,
-            seconds: if FRESH { after_own_start } else { l.nth(self.seconds, lane) },
-            place: lane + if self.blocks == 1 { 0 } else { l.nth(self.place, lane) as usize },
-            next: if bits.count_ones() > 1 { after_own_start } else { next },
+        let next = l.least(l.select(firsts, self.next, self.earliest));
+        let next = if bits.count_ones() > 1 { earliest } else { next };
+        let Approach { r: [x, y, z], v: [vx, vy, vz], mine_flown, .. } = self.approach;
+        let r = DVec3::new(l.nth(x, lane), l.nth(y, lane), l.nth(z, lane));
+        let v = DVec3::new(l.nth(vx, lane), l.nth(vy, lane), l.nth(vz, lane));
+        let seconds = ball_ball::time_of_impact(r, v, seeker.contact_distance(row[place] as usize));
+        let seconds = seconds.unwrap_or(f64::INFINITY);
+        let after_own_start = if FRESH { seconds } else { seconds + l.nth(mine_flown, lane) };
+        if after_own_start < next {
+            return Soonest { after_own_start, seconds, place, next };
         }
+        soonest_one_by_one(seeker, row)
+    }
+}
+
+/// The same, where it takes more than bounds to tell.
+#[cold]
+fn soonest_one_by_one(seeker: &Seeker, row: &[u32]) -> Soonest {
+    let mut soonest = Soonest::NEVER;
+    for (place, &other) in row.iter().enumerate() {
+        if other as usize == seeker.ball {
+            continue;
+        }
+        let Some((after_own_start, seconds)) = seeker.meeting_with(other as usize) else { continue };
+        if after_own_start < soonest.after_own_start {
+            soonest = Soonest { after_own_start, seconds, place, next: soonest.after_own_start };
+        } else {
+            soonest.next = soonest.next.min(after_own_start);
+        }
+    }
+    soonest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::lanes::{IN_ORDER, MOST, Width};
+    use super::*;
+    use crate::random::Random;
+
+    /// Pairs by columns: r, v and the contact distance.
+    struct Bounds<'a> {
+        columns: [&'a [f64; MOST]; 7],
+    }
+
+    impl Work for Bounds<'_> {
+        type Output = [f64; MOST];
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, l: L) -> [f64; MOST] {
+            let mut bounds = [0.0; MOST];
+            for first in (0..MOST).step_by(L::COUNT) {
+                let places = &IN_ORDER[first..first + L::COUNT];
+                let [x, y, z, vx, vy, vz, s] = self.columns;
+                let approach = Approach {
+                    r: [l.gather(x, places), l.gather(y, places), l.gather(z, places)],
+                    v: [l.gather(vx, places), l.gather(vy, places), l.gather(vz, places)],
+                    mine_flown: l.all(0.0),
+                    distance: l.gather(s, places),
+                };
+                l.put(approach.earliest::<true>(l), &mut bounds[first..]);
+            }
+            bounds
+        }
+    }
+
+    /// Two balls at unit distance in contact: far apart, about to touch, or overlapping by less than rounding to a fifth.
+    fn pair(random: &mut Random) -> (DVec3, DVec3) {
+        let (along, across) = (random.normal_vector(3).normalize(), random.normal_vector(3));
+        let across = (across - along * across.dot(along)).normalize();
+        let spread = [1e-16, 1e-12, 1e-6, 1e-2, 3.0][(5.0 * random.uniform()) as usize];
+        let distance = 1.0 + spread * (random.uniform() - 0.2);
+        // Straight at it, past it by a hair, or any way.
+        let velocity = match (3.0 * random.uniform()) as u32 {
+            0 => -along,
+            1 => {
+                let sine = ((1.0 + 1e-13 * random.normal()) / distance).min(1.0);
+                across * sine - along * (1.0 - sine * sine).sqrt()
+            }
+            _ => across * random.normal() - along * random.normal(),
+        };
+        (along * distance, velocity)
+    }
+
+    /// No pair meets before its bound, and bounds are near: of pairs that graze, touch, overlap or hardly move, too, and at all
+    /// scales that a scene may have.
+    #[test]
+    fn nobody_is_met_before_the_bound() {
+        let mut random = Random::new(20, 26);
+        let mut met = 0;
+        for block in 0..100_000 {
+            let scale = |random: &mut Random, most: f64| 10f64.powf(most * (2.0 * random.uniform() - 1.0));
+            let (length, speed) =
+                if block % 2 == 0 { (1.0, 1.0) } else { (scale(&mut random, 75.0), scale(&mut random, 75.0)) };
+            let pairs = [0; MOST].map(|_| {
+                let (r, v) = pair(&mut random);
+                (r * length, v * speed)
+            });
+            let column = |axis: usize| pairs.map(|(r, v)| if axis < 3 { r[axis] } else { v[axis - 3] });
+            let columns = [column(0), column(1), column(2), column(3), column(4), column(5), [length; MOST]];
+            for most in [2, 4, 8] {
+                let bounds = Width::at_most(most).run(Bounds { columns: columns.each_ref() });
+                for ((r, v), bound) in pairs.into_iter().zip(bounds) {
+                    let Some(time) = ball_ball::time_of_impact(r, v, length) else { continue };
+                    assert!(bound <= time, "{r:?} {v:?} {length}: {time} before {bound}");
+                    // Nearer, what rounding may do is more than what the near root and quotient err by.
+                    if time * v.length() > 1e-3 * length {
+                        assert!(bound > 0.998 * time, "{r:?} {v:?} {length}: {time}, but {bound}");
+                        met += 1;
+                    }
+                }
+            }
+        }
+        assert!(met > 300_000, "{met}");
     }
 }

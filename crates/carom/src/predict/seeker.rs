@@ -153,6 +153,23 @@ impl Seeker<'_> {
         (r, images, v, mine_flown)
     }
 
+    /// The contact distance (m) to another.
+    #[inline(always)]
+    pub fn contact_distance(&self, other: usize) -> f64 {
+        match self.predictor.contact_distance {
+            Some(same) => same,
+            None => self.radius() + self.world.radii[other],
+        }
+    }
+
+    /// When a plain ball and `other`, which are near, meet: seconds from the ball's own start, and from the later of both.
+    pub fn meeting_with(&self, other: usize) -> Option<(f64, f64)> {
+        let (r, images, v, mine_flown) = self.seen_from(other);
+        let r = r - images * self.predictor.periods.length;
+        let seconds = ball_ball::time_of_impact(r, v, self.contact_distance(other))?;
+        Some((seconds + mine_flown, seconds))
+    }
+
     /// When the ball and `other` next touch.
     fn impact_with(&self, other: usize) -> Time {
         let (r, images, v, mine_flown) = self.seen_from(other);

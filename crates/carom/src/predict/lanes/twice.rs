@@ -27,6 +27,7 @@ impl<L: Lanes> Lanes for Twice<L> {
         sub: Numbers;
         mul: Numbers;
         div: Numbers;
+        near_quotient: Numbers;
         min: Numbers;
         max: Numbers;
         below: Mask;
@@ -57,6 +58,21 @@ impl<L: Lanes> Lanes for Twice<L> {
     }
 
     #[inline(always)]
+    fn near_add_product(self, c: Self::Numbers, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+        [self.0.near_add_product(c[0], a[0], b[0]), self.0.near_add_product(c[1], a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn near_sub_product(self, c: Self::Numbers, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
+        [self.0.near_sub_product(c[0], a[0], b[0]), self.0.near_sub_product(c[1], a[1], b[1])]
+    }
+
+    #[inline(always)]
+    fn near_sqrt(self, a: Self::Numbers) -> Self::Numbers {
+        [self.0.near_sqrt(a[0]), self.0.near_sqrt(a[1])]
+    }
+
+    #[inline(always)]
     fn both(self, a: Self::Mask, b: Self::Mask) -> Self::Mask {
         [self.0.both(a[0], b[0]), self.0.both(a[1], b[1])]
     }
@@ -83,8 +99,12 @@ impl<L: Lanes> Lanes for Twice<L> {
 
     #[inline(always)]
     fn nth(self, numbers: Self::Numbers, lane: usize) -> f64 {
-        let [low, high] = [self.0.nth(numbers[0], lane % L::COUNT), self.0.nth(numbers[1], lane % L::COUNT)];
-        if lane < L::COUNT { low } else { high }
+        self.0.nth_of_two(numbers, lane)
+    }
+
+    #[inline(always)]
+    fn nth_of_two(self, numbers: [Self::Numbers; 2], lane: usize) -> f64 {
+        self.nth(numbers[lane / Self::COUNT], lane % Self::COUNT)
     }
 
     #[inline(always)]
