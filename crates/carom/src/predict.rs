@@ -270,15 +270,8 @@ impl Predictor {
     }
 
     /// The first impact of `ball` with anybody of a row that is filled up with the ball itself, or with a plane.
-    pub fn first_impact_among(
-        &self,
-        world: &World,
-        ball: usize,
-        now: Time,
-        row: &[u32],
-        planes: PlaneSet,
-    ) -> First {
-        Seeker { world, predictor: self, ball, now }.first(row, planes)
+    pub fn first_impact_among(&self, world: &World, nearby: &Nearby, ball: usize, now: Time, row: &[u32]) -> First {
+        Seeker { world, predictor: self, ball, now }.first(row, nearby.planes(ball))
     }
 
     /// The first impacts of both balls of an impact. Where there are lists, both search before either is foretold: so the

@@ -1,6 +1,7 @@
 //! The loop: take the earliest event, advance the bodies in it, resolve, record, predict anew. Read [`Simulation::run`] first.
 
 mod checkpoint;
+mod giant;
 mod guard;
 mod impact;
 mod look_ahead;
@@ -28,6 +29,7 @@ use crate::world::nearby::{Gathered, Nearby};
 use crate::world::turning::TurningBodies;
 use crate::world::{Boundary, Partner, World};
 
+use giant::Giants;
 use guard::CollapseGuard;
 pub(crate) use impact::approach_speed;
 use look_ahead::LookAhead;
@@ -103,6 +105,8 @@ pub struct Simulation {
     /// When all balls that have left their cells are moved.
     sweeps: Sweeps,
     recorded: Option<ImpactTable>,
+    /// Balls so large that thousands are near.
+    giants: Giants,
     /// What is fetched into the cache before it is needed.
     look_ahead: LookAhead,
     /// Room to gather those near, so that no prediction allocates.
@@ -140,6 +144,8 @@ impl Simulation {
         let nearby = Nearby::lay_out(&world, now, width);
         let guard = CollapseGuard::new(&world);
         let look_ahead = LookAhead::new(&world, &nearby);
+        let mut room = Gathered::default();
+        let giants = Giants::find(&world, &nearby, &mut room);
         let mut simulation = Self {
             now,
             predictor: Predictor::new(&world, &nearby, width),
@@ -156,8 +162,9 @@ impl Simulation {
             sweeps: Sweeps::never(),
             counts,
             recorded: record.then(ImpactTable::default),
+            giants,
             look_ahead,
-            room: Gathered::default(),
+            room,
             uncounted: ([0; 4], 0),
             patch: Patch::default(),
             triangles_near: Vec::new(),
@@ -273,7 +280,7 @@ impl Simulation {
             + 24 // id, its place, radius, impacts
             + if self.world.images.is_empty() { 0 } else { 12 };
         let turning = self.world.turning.as_ref().map_or(0, TurningBodies::bytes);
-        of_ball + (self.nearby.bytes() + self.queue.bytes() + turning) / balls
+        of_ball + (self.nearby.bytes() + self.queue.bytes() + self.giants.bytes() + turning) / balls
     }
 
     /// The earliest event no later than `until`. Impacts of one instant come in the order of their ranks; whatever only
@@ -428,11 +435,18 @@ impl Simulation {
 
     /// Looks anew at everybody near.
     fn predict(&mut self, ball: usize, now: Time) {
+        if self.giants.any() && self.predict_giant(ball, now, false) {
+            return;
+        }
         let first = self.predictor.first_impact(&self.world, &self.nearby, ball, now, &mut self.room);
         self.schedule(ball, first, now);
     }
 
     fn predict_both(&mut self, ball: usize, other: usize, now: Time) {
+        if self.giants.any() {
+            self.predict(ball, now);
+            return self.predict(other, now);
+        }
         let firsts = self.predictor.first_impacts(&self.world, &self.nearby, [ball, other], now, &mut self.room);
         self.fetch_some();
         self.schedule(ball, firsts[0], now);
@@ -453,6 +467,9 @@ impl Simulation {
         let stamp = self.upcoming[ball].stamp.wrapping_add(1);
         let leaves = leaving.map(|(_, face)| face);
         self.upcoming[ball] = Upcoming { time, partner: first.partner, partner_impacts: 0, stamp, leaves };
+        if self.giants.any() {
+            self.giants.note(&self.world, ball, now, time);
+        }
         if let Some(other) = first.partner.as_ball() {
             prefetch_index(&self.world.impacts, other);
             if self.uncounted.1 == self.uncounted.0.len() {
@@ -495,7 +512,12 @@ impl Simulation {
         }
         if self.is_out_of_order() {
             self.lay_out_anew(now);
-        } else if self.is_stale(ball) {
+            return;
+        }
+        if self.giants.any() && self.predict_giant(ball, now, true) {
+            return;
+        }
+        if self.is_stale(ball) {
             self.predict(ball, now);
         } else {
             let (world, nearby, room) = (&self.world, &self.nearby, &mut self.room);
@@ -520,12 +542,26 @@ impl Simulation {
         self.world.arrange(now);
         self.nearby = Nearby::lay_out(&self.world, now, self.width);
         self.look_ahead = LookAhead::new(&self.world, &self.nearby);
+        self.giants = Giants::find(&self.world, &self.nearby, &mut self.room);
         self.predictor = self.predictor.anew(&self.world, &self.nearby);
         self.instant.clear();
         self.begin_sweeps(now);
         for ball in 0..self.world.len() {
             self.predict(ball, now);
         }
+    }
+}
+
+#[cfg(test)]
+impl Simulation {
+    /// The next so many impacts, all that is recorded of them.
+    fn impacts_to_the_bit(&mut self, count: u64) -> Vec<u64> {
+        let far = self.world.clock.at(1e300);
+        self.run(far, count, u64::MAX).expect("a run");
+        let table = self.take_impacts();
+        let numbers = [&table.time, &table.time_low, &table.impulse, &table.normal, &table.point];
+        let bits = numbers.iter().flat_map(|column| column.iter().map(|x| x.to_bits()));
+        bits.chain(table.a.iter().chain(&table.b).map(|&id| id as u64)).collect()
     }
 }
 

@@ -262,17 +262,6 @@ mod tests {
         simulation
     }
 
-    /// All impacts, to the last bit.
-    fn impacts(mut simulation: Simulation, count: u64) -> (Vec<u64>, Simulation) {
-        let far = simulation.world.clock.at(1e300);
-        simulation.run(far, count, u64::MAX).expect("a run");
-        let table = simulation.take_impacts();
-        let numbers = [&table.time, &table.time_low, &table.impulse, &table.normal, &table.point];
-        let mut bits: Vec<u64> = numbers.iter().flat_map(|column| column.iter().map(|x| x.to_bits())).collect();
-        bits.extend(table.a.iter().chain(&table.b).map(|&id| id as u64));
-        (bits, simulation)
-    }
-
     #[test]
     fn sweeps_change_no_bit() {
         for seed in 0..6 {
@@ -286,9 +275,10 @@ mod tests {
             ] {
                 let mut scene = scene(boundary, spacing, spread, any_fixed, seed);
                 scene.gravity = DVec3::new(0.1, 0.0, -1.0) * gravity;
-                let (bits, swept) = impacts(start(&scene), 6000);
+                let mut swept = start(&scene);
+                let bits = swept.impacts_to_the_bit(6000);
                 assert!(swept.sweeps.next.is_reachable(), "{boundary:?} {spacing}: no sweeps");
-                let (expected, _) = impacts(without_sweeps(&scene), 6000);
+                let expected = without_sweeps(&scene).impacts_to_the_bit(6000);
                 assert!(bits == expected, "{boundary:?} {spacing} {spread} {any_fixed} {gravity} {seed}");
             }
         }
@@ -299,10 +289,10 @@ mod tests {
     fn looking_ahead_changes_no_bit() {
         for (spacing, spread) in [(1.9, 1.0), (1.3, 1.0), (1.05, 1.0), (1.7, 1.3)] {
             let scene = scene(Boundary::Periodic, spacing, spread, false, 9);
-            let (expected, _) = impacts(start(&scene), 20_000);
+            let expected = start(&scene).impacts_to_the_bit(20_000);
             let mut ahead = start(&scene);
             ahead.look_ahead.wanted = true;
-            assert!(impacts(ahead, 20_000).0 == expected, "{spacing} {spread}");
+            assert!(ahead.impacts_to_the_bit(20_000) == expected, "{spacing} {spread}");
         }
     }
 
