@@ -67,8 +67,8 @@ pub trait Lanes: Copy {
     fn nth(self, numbers: Self::Numbers, lane: usize) -> f64;
     /// One of two times as many.
     fn nth_of_two(self, numbers: [Self::Numbers; 2], lane: usize) -> f64;
-    /// Which of eight points are less than the root of `within` from `from`, as bits; in single precision.
-    fn within(self, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32;
+    /// Which of eight points of whole numbers are less than the root of `within` from `from`, as bits; in single precision.
+    fn within(self, at: &[[u8; 8]; 3], from: [f32; 3], within: f32) -> u32;
     /// Which of eight rows are `row`, as bits.
     fn matches(self, rows: &[u32; 8], row: u32) -> u32;
     /// Those of eight rows whose bits are set, moved to the front.
@@ -298,10 +298,10 @@ impl Lanes for Narrow {
     }
 
     #[inline(always)]
-    fn within(self, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32 {
+    fn within(self, at: &[[u8; 8]; 3], from: [f32; 3], within: f32) -> u32 {
         let mut bits = 0;
-        for (k, ((x, y), z)) in at[0].iter().zip(at[1]).zip(at[2]).enumerate() {
-            let (x, y, z) = (x - from[0], y - from[1], z - from[2]);
+        for (k, ((x, y), z)) in at[0].into_iter().zip(at[1]).zip(at[2]).enumerate() {
+            let (x, y, z) = (f32::from(x) - from[0], f32::from(y) - from[1], f32::from(z) - from[2]);
             bits |= u32::from(x * x + y * y + z * z < within) << k;
         }
         bits
@@ -437,8 +437,8 @@ impl Lanes for pulp::x86::V3 {
     }
 
     #[inline(always)]
-    fn within(self, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32 {
-        within_eight(self.avx, at, from, within)
+    fn within(self, at: &[[u8; 8]; 3], from: [f32; 3], within: f32) -> u32 {
+        within_eight(self.avx, self.avx2, at, from, within)
     }
 
     #[inline(always)]
@@ -499,14 +499,30 @@ fn compressed_one_by_one(rows: &[u32; 8], bits: u32) -> [u32; 8] {
 
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
-fn within_eight(f: pulp::core_arch::x86::Avx, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32 {
-    let x = f._mm256_sub_ps(pulp::cast(at[0]), f._mm256_set1_ps(from[0]));
-    let y = f._mm256_sub_ps(pulp::cast(at[1]), f._mm256_set1_ps(from[1]));
-    let z = f._mm256_sub_ps(pulp::cast(at[2]), f._mm256_set1_ps(from[2]));
+fn within_eight(
+    f: pulp::core_arch::x86::Avx,
+    whole: pulp::core_arch::x86::Avx2,
+    at: &[[u8; 8]; 3],
+    from: [f32; 3],
+    within: f32,
+) -> u32 {
+    let x = f._mm256_sub_ps(eight_numbers(f, whole, at[0]), f._mm256_set1_ps(from[0]));
+    let y = f._mm256_sub_ps(eight_numbers(f, whole, at[1]), f._mm256_set1_ps(from[1]));
+    let z = f._mm256_sub_ps(eight_numbers(f, whole, at[2]), f._mm256_set1_ps(from[2]));
     let plane = f._mm256_add_ps(f._mm256_mul_ps(x, x), f._mm256_mul_ps(y, y));
     let squared = f._mm256_add_ps(plane, f._mm256_mul_ps(z, z));
     let hits = f._mm256_cmp_ps::<{ std::arch::x86_64::_CMP_LT_OQ }>(squared, f._mm256_set1_ps(within));
     f._mm256_movemask_ps(hits) as u32
+}
+
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn eight_numbers(
+    f: pulp::core_arch::x86::Avx,
+    whole: pulp::core_arch::x86::Avx2,
+    bytes: [u8; 8],
+) -> std::arch::x86_64::__m256 {
+    f._mm256_cvtepi32_ps(whole._mm256_cvtepu8_epi32(pulp::cast([u64::from_le_bytes(bytes), 0])))
 }
 
 /// Four lines of four numbers turned into columns.
@@ -640,8 +656,8 @@ impl Lanes for pulp::x86::V4 {
     }
 
     #[inline(always)]
-    fn within(self, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32 {
-        within_eight(self.avx, at, from, within)
+    fn within(self, at: &[[u8; 8]; 3], from: [f32; 3], within: f32) -> u32 {
+        within_eight(self.avx, self.avx2, at, from, within)
     }
 
     #[inline(always)]
@@ -746,8 +762,9 @@ mod tests {
         assert_eq!(lanes.bits(lanes.both(lanes.below(a, b), lanes.below(b, a))), 0);
         assert_eq!(lanes.bits(lanes.either(lanes.below(a, b), lanes.below(b, a))), !0b100 & all);
         assert_eq!(lanes.least(a), 1.0);
-        let line = [0.0f32, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f32::INFINITY];
+        let line = [0, 1, 2, 3, 4, 5, 6, 255];
         assert_eq!(lanes.within(&[line, line, line], [2.0, 2.0, 2.0], 3.5), 0b1110);
+        assert_eq!(lanes.within(&[line, line, line], [254.5, 255.5, 255.0], 0.6), 0b1000_0000);
         assert_eq!(lanes.matches(&[9, 8, 7, 6, 9, 4, 3, 9], 9), 0b1001_0001);
         assert_eq!(lanes.compressed(&[9, 8, 7, 6, 5, 4, 3, 2], 0b1010_0001)[..3], [9, 4, 2]);
         // The least in each lane in turn.

@@ -1,8 +1,8 @@
 //! Where the centres of neighbour lists are: grids of bins, one grid for each class of sizes, each bin wide enough that
 //! whatever is within reach is in the bins beside.
 //!
-//! A bin holds its centres side by side in single precision, as fractions of a bin, so that seven are compared at once; what
-//! passes, with a margin for the rounding, is looked at again in double precision by whoever asked.
+//! A bin is one line of the cache. It holds its centres side by side, each to a 256th of a bin, so that eight are compared at
+//! once; what passes, with a margin for that, is looked at again in double precision by whoever asked.
 
 use glam::DVec3;
 use prefetch_index::prefetch_index;
@@ -13,24 +13,27 @@ use crate::frugal::{filled, make_room};
 use crate::predict::lanes::{Lanes, MOST};
 use crate::tolerance::BIN_MARGIN;
 
-const SLOTS: usize = 7;
+const SLOTS: usize = MOST;
+/// Parts of a bin that its centres are told to.
+const PARTS: f32 = 256.0;
 const NONE: u32 = u32::MAX;
 /// Bins at most for each ball of a grid: a few small balls in a wide space share larger ones.
 const BINS_PER_BALL: usize = 2;
 const FEWEST_BINS: usize = 64;
 
-/// Up to seven centres, and where more of the same bin are.
+/// Up to eight centres, and where more of the same bin are.
 #[derive(Clone, Debug)]
-#[repr(C, align(128))]
+#[repr(C, align(64))]
 struct Bin {
-    /// Fractions of the bin, scaled to the same length on all axes; infinite in empty slots.
-    at: [[f32; 8]; 3],
-    /// In the last place, not a ball but where more are.
-    balls: [u32; SLOTS + 1],
+    /// In which of the [`PARTS`] of the widest side; anything in empty slots.
+    at: [[u8; SLOTS]; 3],
+    balls: [u32; SLOTS],
+    /// Row of the next bin of the same place.
+    more: u32,
 }
 
 impl Bin {
-    const EMPTY: Self = Self { at: [[f32::INFINITY; 8]; 3], balls: [NONE; SLOTS + 1] };
+    const EMPTY: Self = Self { at: [[0; SLOTS]; 3], balls: [NONE; SLOTS], more: NONE };
 }
 
 /// One grid.
@@ -103,22 +106,23 @@ impl Bins {
         self.bin_of[ball] = bin as u32;
         loop {
             let here = &mut self.bins[bin];
-            if let Some(slot) = here.balls[..SLOTS].iter().position(|&other| other == NONE) {
+            if let Some(slot) = here.balls.iter().position(|&other| other == NONE) {
                 here.balls[slot] = ball as u32;
                 for (at, fraction) in here.at.iter_mut().zip(fraction) {
-                    at[slot] = fraction;
+                    // What is beyond a wall is told to be at it: that is no farther from whoever is inside.
+                    at[slot] = (fraction * PARTS) as u8;
                 }
                 return;
             }
-            if here.balls[SLOTS] == NONE {
+            if here.more == NONE {
                 let fresh = self.free.pop().unwrap_or_else(|| {
                     make_room(&mut self.bins, 1);
                     self.bins.push(Bin::EMPTY);
                     self.bins.len() as u32 - 1
                 });
-                self.bins[bin].balls[SLOTS] = fresh;
+                self.bins[bin].more = fresh;
             }
-            bin = self.bins[bin].balls[SLOTS] as usize;
+            bin = self.bins[bin].more as usize;
         }
     }
 
@@ -129,18 +133,17 @@ impl Bins {
         let mut bin = self.bin_of[ball];
         while bin != NONE {
             let here = &mut self.bins[bin as usize];
-            if let Some(slot) = here.balls[..SLOTS].iter().position(|&other| other == ball as u32) {
+            if let Some(slot) = here.balls.iter().position(|&other| other == ball as u32) {
                 here.balls[slot] = NONE;
-                here.at[0][slot] = f32::INFINITY;
-                if before != NONE && here.balls[..SLOTS] == [NONE; SLOTS] {
-                    self.bins[before as usize].balls[SLOTS] = here.balls[SLOTS];
+                if before != NONE && here.balls == [NONE; SLOTS] {
+                    self.bins[before as usize].more = here.more;
                     self.bins[bin as usize] = Bin::EMPTY;
                     self.free.push(bin);
                 }
                 return;
             }
             before = bin;
-            bin = here.balls[SLOTS];
+            bin = here.more;
         }
     }
 
@@ -151,10 +154,7 @@ impl Bins {
         for z in z - 1..=z + 1 {
             for y in y - 1..=y + 1 {
                 for x in x - 1..=x + 1 {
-                    // Two lines of the cache.
-                    let bin = grid.bin([x, y, z]);
-                    prefetch_index(&self.bins, bin);
-                    prefetch_index(self.bins[bin].balls, 0);
+                    prefetch_index(&self.bins, grid.bin([x, y, z]));
                 }
             }
         }
@@ -172,7 +172,9 @@ impl Bins {
     fn near_in<L: Lanes>(&self, lanes: L, grid: &Grid, centre: DVec3, sphere: f64, found: &mut Gathered) {
         let (own, fraction) = grid.locate(centre);
         let reach = (sphere + grid.largest) * (1.0 + BIN_MARGIN);
-        let within = ((reach / grid.widest) * (reach / grid.widest)) as f32 * (1.0 + BIN_MARGIN as f32);
+        // In parts; a centre is up to half a part from the middle of its own along each axis.
+        let within = (reach / grid.widest) as f32 * PARTS + 0.5 * 3f32.sqrt();
+        let within = within * within * (1.0 + BIN_MARGIN as f32);
         // From which to which bin, counted from the own one.
         let steps = [
             grid.steps(0, own[0], fraction[0], reach),
@@ -186,16 +188,17 @@ impl Bins {
                 let row = grid.first + (plane + grid.closed(1, own[1] + y)) * grid.count[0] as usize;
                 let from_y = fraction[1] - y as f32 * grid.scale[1];
                 for x in steps[0].0..=steps[0].1 {
-                    let from = [fraction[0] - x as f32 * grid.scale[0], from_y, from_z];
+                    let from_x = fraction[0] - x as f32 * grid.scale[0];
+                    let from = [from_x * PARTS - 0.5, from_y * PARTS - 0.5, from_z * PARTS - 0.5];
                     let mut bin = &self.bins[row + grid.closed(0, own[0] + x)];
                     loop {
-                        let hits = lanes.within(&bin.at, from, within);
+                        let hits = lanes.within(&bin.at, from, within) & !lanes.matches(&bin.balls, NONE);
                         found.make_room(MOST);
                         found.add(&lanes.compressed(&bin.balls, hits), hits.count_ones() as usize);
-                        if bin.balls[SLOTS] == NONE {
+                        if bin.more == NONE {
                             break;
                         }
-                        bin = &self.bins[bin.balls[SLOTS] as usize];
+                        bin = &self.bins[bin.more as usize];
                     }
                 }
             }
@@ -313,6 +316,86 @@ impl Grid {
             (coordinate + count) as usize
         } else {
             coordinate.rem_euclid(count) as usize
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::predict::Periods;
+    use crate::predict::lanes::{Width, Work};
+    use crate::random::Random;
+
+    struct Near<'a> {
+        bins: &'a Bins,
+        centre: DVec3,
+        sphere: f64,
+        found: &'a mut Gathered,
+    }
+
+    impl Work for Near<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) {
+            self.bins.near(lanes, self.centre, self.sphere, self.found);
+        }
+    }
+
+    /// Whoever's sphere touches is found, and nobody who is a fiftieth farther, wherever they are: in crowded bins, at
+    /// walls and beyond, on flat axes, after others have left. (Half a part of a bin along its diagonal is 1/150 of the least reach here.)
+    #[test]
+    fn whoever_touches_is_found() {
+        let mut random = Random::new(7, 0);
+        for (boundary, low, high, spread) in [
+            (Boundary::Periodic, -6.0, 6.0, 1.0),
+            (Boundary::Walls, -6.5, 6.5, 1.0),
+            (Boundary::Open, -9.0, 9.0, 1.0),
+            (Boundary::Periodic, -6.0, 6.0, 4.0),
+        ] {
+            let domain = Domain { boundary: [boundary; 3], size: DVec3::splat(12.0) };
+            let spheres: Vec<f64> = (0..600).map(|_| 0.3 * f64::powf(spread, random.uniform())).collect();
+            let mut point = |crowded: bool| {
+                let at = DVec3::new(random.uniform(), random.uniform(), random.uniform()) * (high - low) + low;
+                if crowded { at * 0.1 } else { at }
+            };
+            let mut centres: Vec<DVec3> = (0..600).map(|k| point(k % 3 == 0)).collect();
+            let mut bins = Bins::new(&domain, &spheres, DVec3::splat(low), DVec3::splat(high));
+            (0..600).for_each(|ball| bins.insert(ball, centres[ball]));
+            for ball in 0..300 {
+                bins.remove(ball);
+                // Some of them so that they just touch somebody, along an axis.
+                let other = ball + 300;
+                let just = (spheres[ball] + spheres[other]) * (1.0 - 1e-6);
+                let aside = DVec3::AXES[ball % 3] * if ball % 4 == 0 { just } else { -just };
+                centres[ball] = if ball % 5 == 0 { point(ball % 3 == 1) } else { centres[other] + aside };
+                bins.insert(ball, centres[ball]);
+            }
+            let periods = Periods::of(&domain);
+            let mut found = Gathered::default();
+            for width in [2, 4, 8].map(Width::at_most) {
+                for ball in 0..600 {
+                    found.clear();
+                    let (centre, sphere) = (centres[ball], spheres[ball]);
+                    width.run(Near { bins: &bins, centre, sphere, found: &mut found });
+                    assert!(found.rows().iter().all(|&row| row < 600));
+                    for other in 0..600 {
+                        let inside = boundary != Boundary::Walls
+                            || [ball, other].iter().any(|&k| centres[k].abs().max_element() < 6.0);
+                        let apart = periods.nearest(centre - centres[other]).length();
+                        let times = found.rows().iter().filter(|&&row| row as usize == other).count();
+                        let touches = apart < sphere + spheres[other];
+                        assert!(times == 1 || !touches || !inside, "{boundary:?} {ball} {other}: {times} {apart}");
+                        let far = apart > 1.02 * (sphere + 0.3 * spread);
+                        assert!(
+                            times == 0 || !far || centres[other].abs().max_element() > 6.0,
+                            "{boundary:?} {ball} {other}: {apart}"
+                        );
+                        assert!(times <= 1);
+                    }
+                }
+            }
         }
     }
 }

@@ -108,7 +108,7 @@ impl<L: Lanes> Lanes for Twice<L> {
     }
 
     #[inline(always)]
-    fn within(self, at: &[[f32; 8]; 3], from: [f32; 3], within: f32) -> u32 {
+    fn within(self, at: &[[u8; 8]; 3], from: [f32; 3], within: f32) -> u32 {
         self.0.within(at, from, within)
     }
 
