@@ -306,8 +306,21 @@ impl Predictor {
     /// Searches a row by whatever registers this machine has.
     #[inline(always)]
     fn search(&self, seeker: Seeker, row: &[u32]) -> Soonest {
-        // The length of most lists.
-        match <&[u32; 2 * MOST]>::try_from(row) {
+        // The lengths of most lists, and of most rows from cells.
+        const ONE: usize = 2 * MOST;
+        const ONE_AND_A_HALF: usize = 3 * MOST;
+        const TWO: usize = 4 * MOST;
+        match row.len() {
+            ONE => self.search_of::<ONE>(seeker, row),
+            ONE_AND_A_HALF => self.search_of::<ONE_AND_A_HALF>(seeker, row),
+            TWO => self.search_of::<TWO>(seeker, row),
+            _ => self.width.run(&Search { seeker, row }),
+        }
+    }
+
+    #[inline(always)]
+    fn search_of<const LENGTH: usize>(&self, seeker: Seeker, row: &[u32]) -> Soonest {
+        match <&[u32; LENGTH]>::try_from(row) {
             Ok(row) => self.width.run(&Search { seeker, row }),
             Err(_) => self.width.run(&Search { seeker, row }),
         }
