@@ -265,11 +265,11 @@ impl Predictor {
         {
             return self.first_with_turning(world, lists, ball, now);
         }
-        let row = nearby.row(world, ball, room);
-        Seeker { world, predictor: self, ball, now }.first(row, nearby.planes(ball))
+        self.first_impact_among(world, nearby, ball, now, nearby.row(world, ball, room))
     }
 
     /// The first impact of `ball` with anybody of a row that is filled up with the ball itself, or with a plane.
+    #[inline(always)]
     pub fn first_impact_among(&self, world: &World, nearby: &Nearby, ball: usize, now: Time, row: &[u32]) -> First {
         Seeker { world, predictor: self, ball, now }.first(row, nearby.planes(ball))
     }
@@ -306,23 +306,15 @@ impl Predictor {
     /// Searches a row by whatever registers this machine has.
     #[inline(always)]
     fn search(&self, seeker: Seeker, row: &[u32]) -> Soonest {
-        // The lengths of most lists, and of most rows from cells.
-        const ONE: usize = 2 * MOST;
-        const ONE_AND_A_HALF: usize = 3 * MOST;
-        const TWO: usize = 4 * MOST;
-        match row.len() {
-            ONE => self.search_of::<ONE>(seeker, row),
-            ONE_AND_A_HALF => self.search_of::<ONE_AND_A_HALF>(seeker, row),
-            TWO => self.search_of::<TWO>(seeker, row),
-            _ => self.width.run(&Search { seeker, row }),
-        }
-    }
-
-    #[inline(always)]
-    fn search_of<const LENGTH: usize>(&self, seeker: Seeker, row: &[u32]) -> Soonest {
-        match <&[u32; LENGTH]>::try_from(row) {
-            Ok(row) => self.width.run(&Search { seeker, row }),
-            Err(_) => self.width.run(&Search { seeker, row }),
+        // A form for each of the lengths of most lists and of most rows from cells.
+        if let Ok(row) = <&[u32; 2 * MOST]>::try_from(row) {
+            self.width.run(&Search { seeker, row })
+        } else if let Ok(row) = <&[u32; 3 * MOST]>::try_from(row) {
+            self.width.run(&Search { seeker, row })
+        } else if let Ok(row) = <&[u32; 4 * MOST]>::try_from(row) {
+            self.width.run(&Search { seeker, row })
+        } else {
+            self.width.run(&Search { seeker, row })
         }
     }
 

@@ -43,6 +43,14 @@ pub const CELL_MARGIN: f64 = 1.0 / (1u64 << 20) as f64;
 /// the fractions of a bin), so that rounding cannot hide a neighbour.
 pub const BIN_MARGIN: f64 = 1.0 / (1u64 << 17) as f64;
 
+/// Bounds on times of impact are told for centres this much nearer (pure number, 128ε, in relation to the squares of the distance
+/// and of the contact distance), so that rounding cannot make a bound later than the time itself.
+pub const BOUND_MARGIN: f64 = 1.0 / (1u64 << 46) as f64;
+
+/// More than any error of numbers too small for all their digits, and less than whatever counts of the fourth powers of lengths
+/// and speeds that a scene may have (m⁴/s²).
+pub const LEAST_SQUARE: f64 = 1e-306;
+
 /// A touching pair rests when the speed v_AB·n is within this fraction of the two speeds (pure number: 4ε): it is then what
 /// rounding of the velocities and of the normal leaves of zero. It names a contact for those who ask, tells an impact law
 /// with e = 0 that the pair already is where the law wants it, and tells a collapse from an impact.

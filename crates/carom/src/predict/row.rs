@@ -7,6 +7,7 @@ use super::lanes::{Lanes, NEAR, Twice, Work};
 use super::seeker::Seeker;
 use super::{NO_FRACTION, Predictor, ball_ball};
 use crate::time::Time;
+use crate::tolerance::{BOUND_MARGIN, LEAST_SQUARE};
 use crate::world::World;
 
 /// The first impact of a ball with any of a row.
@@ -21,11 +22,6 @@ pub struct Soonest {
     /// Seconds from the ball's own start before which there is no other impact.
     pub next: f64,
 }
-
-/// In relation to the lengths, rounding of [`super::ball_ball`] and of the bounds here is less (see [`Approach::earliest`]).
-const ROUNDING: f64 = 1.0 / (1u64 << 46) as f64;
-/// Greater than any error of numbers too small for all their digits.
-const TINY: f64 = 1e-306;
 
 impl Soonest {
     const NEVER: Self = Self { after_own_start: f64::INFINITY, seconds: f64::INFINITY, place: 0, next: f64::INFINITY };
@@ -277,12 +273,12 @@ impl<L: Lanes> Approach<L> {
     /// is taken off twice.
     #[inline(always)]
     pub fn earliest<const FRESH: bool>(&self, l: L) -> L::Numbers {
-        let (zero, tiny) = (l.all(0.0), l.all(TINY));
+        let (zero, tiny) = (l.all(0.0), l.all(LEAST_SQUARE));
         let (r, v) = (self.r, self.v);
         let b = l.add(l.add(l.mul(r[0], v[0]), l.mul(r[1], v[1])), l.mul(r[2], v[2]));
         let (squared, speed_squared) = (near_square(l, r), near_square(l, v));
         let reach = l.mul(self.distance, self.distance);
-        let c = l.near_sub_product(l.sub(squared, reach), l.all(ROUNDING), l.add(squared, reach));
+        let c = l.near_sub_product(l.sub(squared, reach), l.all(BOUND_MARGIN), l.add(squared, reach));
         let discriminant = l.near_sub_product(l.near_add_product(tiny, b, b), speed_squared, c);
         let approach_rate = l.sub(l.near_sqrt(l.max(discriminant, tiny)), b);
         let seconds = l.mul(l.near_quotient(c, approach_rate), l.all(1.0 - 4.0 / NEAR));

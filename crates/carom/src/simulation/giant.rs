@@ -26,11 +26,10 @@ const SPARE: f64 = 0.1;
 #[derive(Clone, Debug)]
 struct Giant {
     ball: u32,
-    course: Flight,
+    /// None until all around have been looked at.
+    course: Option<Flight>,
     /// Whoever came close when he was told about, and maybe does no longer.
     noted: Vec<u32>,
-    /// All around have been looked at since there is a course.
-    begun: bool,
 }
 
 /// All very large balls.
@@ -66,8 +65,7 @@ impl Giants {
         }
         for ball in large {
             if nearby.row(world, ball, room).len() >= FEWEST_NEAR {
-                let course = world.flights[ball];
-                found.giants.push(Giant { ball: ball as u32, course, noted: Vec::new(), begun: false });
+                found.giants.push(Giant { ball: ball as u32, course: None, noted: Vec::new() });
             }
         }
         found.margin = MARGIN * smallest;
@@ -129,7 +127,7 @@ impl Giants {
     /// that is as far from its course as it may be.
     #[inline(always)]
     fn comes_close(&self, k: usize, world: &World, ball: usize, now: Time, time: Time) -> bool {
-        let Giant { ball: giant, course, .. } = self.giants[k];
+        let Giant { ball: giant, course: Some(course), .. } = self.giants[k] else { return false };
         let (acceleration, flown) = (world.acceleration(giant as usize), now.since(course.start()));
         let r = self.periods.nearest(world.position(ball, now) - course.position_after(flown, acceleration));
         let v = world.velocity(ball, now) - course.velocity_after(flown, acceleration);
@@ -137,12 +135,13 @@ impl Giants {
         let approach = r.dot(v);
         let closest = if approach < 0.0 { (-approach / v.length_squared()).min(seconds) } else { 0.0 };
         let within = world.radii[giant as usize] + world.radii[ball] + self.margin;
-        (r + v * closest).length_squared() < within * within
+        // What is not a number, of speeds too small for their squares, counts as close.
+        !((r + v * closest).length_squared() >= within * within)
     }
 
     /// Whether a very large ball stays near its course from `now` until `time`.
     fn keeps_course(&self, k: usize, world: &World, now: Time, time: Time) -> bool {
-        let Giant { ball, course, .. } = self.giants[k];
+        let Giant { ball, course: Some(course), .. } = self.giants[k] else { return false };
         let (row, acceleration) = (ball as usize, world.acceleration(ball as usize));
         let aside = |time: Time| {
             let on_course = course.position_after(time.since(course.start()), acceleration);
@@ -173,7 +172,7 @@ impl Giants {
     fn begin_course(&mut self, k: usize, world: &World, now: Time, around: &[u32], upcoming: &[Upcoming]) {
         let bit = 1 << k;
         let giant = &mut self.giants[k];
-        (giant.course, giant.begun) = (world.flights[giant.ball as usize], true);
+        giant.course = Some(world.flights[giant.ball as usize]);
         for other in giant.noted.drain(..) {
             self.noted[other as usize] &= !bit;
             self.close[other as usize] &= !bit;
@@ -193,7 +192,7 @@ impl Simulation {
     pub(super) fn predict_giant(&mut self, ball: usize, now: Time, elsewhere: bool) -> bool {
         let Some(k) = self.giants.which(ball) else { return false };
         let (world, nearby, giants, room) = (&self.world, &self.nearby, &mut self.giants, &mut self.room);
-        if giants.giants[k].begun && !elsewhere {
+        if giants.giants[k].course.is_some() && !elsewhere {
             giants.gather(k, room);
             room.retain_partners(world, ball);
             let first = self.predictor.first_impact_among(world, nearby, ball, now, room.filled_up(ball));
@@ -202,8 +201,9 @@ impl Simulation {
                 return true;
             }
         }
-        giants.begin_course(k, world, now, nearby.row(world, ball, room), &self.upcoming);
-        let first = self.predictor.first_impact(world, nearby, ball, now, room);
+        let row = nearby.row(world, ball, room);
+        giants.begin_course(k, world, now, row, &self.upcoming);
+        let first = self.predictor.first_impact_among(world, nearby, ball, now, row);
         self.schedule(ball, first, now);
         true
     }
@@ -225,9 +225,10 @@ mod tests {
         radius: f64,
         /// Mass of a large ball; infinite if its motion is prescribed.
         mass: f64,
-        /// Speed of the large balls, through or towards the middle; of the others, the square.
+        /// Of the large balls, in every direction of space, away from their corner of the box or towards the others.
         speed: f64,
         small: u64,
+        /// Of the small ones.
         temperature: f64,
         gravity: f64,
         restitution: f64,
@@ -318,6 +319,7 @@ mod tests {
             Mixture { giants: 2, side: 36.5, ..several }.check(seed, 40_000);
         }
     }
+
     /// Nothing ever happens to a ball at rest, so nobody is told about it: when the large one has left its cell, it looks itself.
     #[test]
     fn whoever_lies_ahead_is_found() {

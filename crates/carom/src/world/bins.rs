@@ -173,8 +173,8 @@ impl Bins {
         let (own, fraction) = grid.locate(centre);
         let reach = (sphere + grid.largest) * (1.0 + BIN_MARGIN);
         // In parts; a centre is up to half a part from the middle of its own along each axis.
-        let within = (reach / grid.widest) as f32 * PARTS + 0.5 * 3f32.sqrt();
-        let within = within * within * (1.0 + BIN_MARGIN as f32);
+        let within = (reach / grid.widest + BIN_MARGIN) as f32 * PARTS + 0.5 * 3f32.sqrt();
+        let within = within * within;
         // From which to which bin, counted from the own one.
         let steps = [
             grid.steps(0, own[0], fraction[0], reach),
@@ -343,32 +343,36 @@ mod tests {
         }
     }
 
-    /// Whoever's sphere touches is found, and nobody who is a fiftieth farther, wherever they are: in crowded bins, at
-    /// walls and beyond, on flat axes, after others have left. (Half a part of a bin along its diagonal is 1/150 of the least reach here.)
+    /// Whoever's sphere touches is found, and nobody who is a fiftieth farther, wherever they are: in crowded bins, at walls and
+    /// beyond, in a plane, after others have left. (Half a part of a bin along its diagonal is 1/150 of the least reach here.)
     #[test]
     fn whoever_touches_is_found() {
         let mut random = Random::new(7, 0);
-        for (boundary, low, high, spread) in [
-            (Boundary::Periodic, -6.0, 6.0, 1.0),
-            (Boundary::Walls, -6.5, 6.5, 1.0),
-            (Boundary::Open, -9.0, 9.0, 1.0),
-            (Boundary::Periodic, -6.0, 6.0, 4.0),
+        for (boundary, low, high, depth, spread) in [
+            (Boundary::Periodic, -6.0, 6.0, 1.0, 1.0),
+            (Boundary::Walls, -6.5, 6.5, 1.0, 1.0),
+            (Boundary::Open, -9.0, 9.0, 1.0, 1.0),
+            (Boundary::Periodic, -6.0, 6.0, 1.0, 4.0),
+            (Boundary::Open, -9.0, 9.0, 0.0, 1.0),
         ] {
             let domain = Domain { boundary: [boundary; 3], size: DVec3::splat(12.0) };
             let spheres: Vec<f64> = (0..600).map(|_| 0.3 * f64::powf(spread, random.uniform())).collect();
             let mut point = |crowded: bool| {
                 let at = DVec3::new(random.uniform(), random.uniform(), random.uniform()) * (high - low) + low;
+                let at = at * DVec3::new(1.0, 1.0, depth);
                 if crowded { at * 0.1 } else { at }
             };
             let mut centres: Vec<DVec3> = (0..600).map(|k| point(k % 3 == 0)).collect();
-            let mut bins = Bins::new(&domain, &spheres, DVec3::splat(low), DVec3::splat(high));
+            let mut bins =
+                Bins::new(&domain, &spheres, DVec3::new(low, low, low * depth), DVec3::new(high, high, high * depth));
             (0..600).for_each(|ball| bins.insert(ball, centres[ball]));
             for ball in 0..300 {
                 bins.remove(ball);
                 // Some of them so that they just touch somebody, along an axis.
                 let other = ball + 300;
                 let just = (spheres[ball] + spheres[other]) * (1.0 - 1e-6);
-                let aside = DVec3::AXES[ball % 3] * if ball % 4 == 0 { just } else { -just };
+                let axis = DVec3::AXES[ball % if depth > 0.0 { 3 } else { 2 }];
+                let aside = axis * if ball % 4 == 0 { just } else { -just };
                 centres[ball] = if ball % 5 == 0 { point(ball % 3 == 1) } else { centres[other] + aside };
                 bins.insert(ball, centres[ball]);
             }
