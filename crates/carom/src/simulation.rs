@@ -468,7 +468,7 @@ impl Simulation {
         let leaves = leaving.map(|(_, face)| face);
         self.upcoming[ball] = Upcoming { time, partner: first.partner, partner_impacts: 0, stamp, leaves };
         if self.giants.any() {
-            self.giants.note(&self.world, ball, now, time);
+            self.giants.note(&self.world, &self.nearby, ball, now, time);
         }
         if let Some(other) = first.partner.as_ball() {
             prefetch_index(&self.world.impacts, other);

@@ -151,9 +151,17 @@ impl Simulation {
         let before = newly.count();
         let (passed, fast) = cells.bring_home(&self.world, ball, sweep, newly.others());
         self.counts.crossings += u64::from(passed);
+        let on_finest = cells.is_on_finest_level(ball);
         if passed > 0 {
+            if self.giants.any() {
+                if self.predict_giant(ball, now, true) {
+                    newly.others().truncate(before);
+                    return;
+                }
+                self.giants.note(&self.world, &self.nearby, ball, now, known.time);
+            }
             let plain = self.predictor.is_plain(&self.world, ball, now) && !self.world.is_fixed(ball);
-            if !plain || !self.nearby.planes(ball).is_empty() {
+            if !plain || !on_finest || !self.nearby.planes(ball).is_empty() {
                 newly.others().truncate(before);
                 self.predict(ball, now);
                 return;
@@ -208,7 +216,7 @@ mod tests {
 
     use super::*;
     use crate::random::Random;
-    use crate::scene::{Ball, Balls, PlaneBody, Scene};
+    use crate::scene::{Ball, Balls, Fill, Placement, PlaneBody, RadiusDistribution, Scene};
     use crate::world::{Boundary, Domain};
 
     const COUNT: i64 = 300;
@@ -252,12 +260,13 @@ mod tests {
         Simulation::new(scene.build().expect("a scene").0, true)
     }
 
-    /// The same without sweeps: every passage from cell to cell is an event.
+    /// The same without sweeps: every passage from cell to cell is an event. (And very large balls look at all around.)
     fn without_sweeps(scene: &Scene) -> Simulation {
         let mut simulation = start(scene);
         simulation.sweeps = Sweeps::never();
+        simulation.giants.forget();
         let Nearby::Cells(cells) = &mut simulation.nearby else { panic!("cells were expected") };
-        cells.forbid_straying();
+        cells.forbid_straying(&simulation.world.domain);
         simulation.predict_all();
         simulation
     }
@@ -280,6 +289,75 @@ mod tests {
                 assert!(swept.sweeps.next.is_reachable(), "{boundary:?} {spacing}: no sweeps");
                 let expected = without_sweeps(&scene).impacts_to_the_bit(6000);
                 assert!(bits == expected, "{boundary:?} {spacing} {spread} {any_fixed} {gravity} {seed}");
+            }
+        }
+    }
+
+    /// Small balls at random among large ones of several sizes, each as heavy as its volume or all alike, every third in prescribed
+    /// motion if any is.
+    fn mixture(
+        (boundary, side): (Boundary, f64),
+        (large, speed): (&[f64], f64),
+        (small, temperature): (u64, f64),
+        any_fixed: bool,
+        seed: u64,
+    ) -> Scene {
+        let mut random = Random::new(seed, 1);
+        let mut uniform = || random.uniform();
+        let mut balls = Balls::default();
+        let sites = (large.len() as f64).cbrt().ceil();
+        for (id, &radius) in large.iter().enumerate() {
+            let place = id as f64;
+            let site = DVec3::new(place % sites, (place / sites).floor() % sites, (place / sites / sites).floor());
+            let position = ((site + 0.5) / sites - 0.5) * side;
+            let fixed = any_fixed && id % 3 == 0;
+            let velocity = (DVec3::new(uniform(), uniform(), uniform()) - 0.5) * if fixed { 0.05 } else { speed };
+            let mass = if seed.is_multiple_of(2) { 8.0 * radius.powi(3) } else { 1.0 };
+            balls.push(Ball { id: id as i64, position, velocity, radius, mass, material: 0, fixed }, 3);
+        }
+        let small = Fill {
+            first_id: 1000,
+            placement: Placement::Random,
+            count: Some(small),
+            packing: None,
+            radius: RadiusDistribution::Uniform { low: 0.45, high: 0.5 },
+            mass: Some(1.0),
+            density: None,
+            temperature,
+            velocity: DVec3::ZERO,
+            center: None,
+            size: None,
+            material: 0,
+        };
+        let domain = Domain { boundary: [boundary; 3], size: DVec3::splat(side) };
+        Scene { domain, balls, fills: vec![small], seed, ..Scene::default() }
+    }
+
+    /// Cells of several levels; also boxes of few of the largest cells, and a ball so large that thousands are near.
+    #[test]
+    fn sweeps_change_no_bit_in_mixtures() {
+        let eight = [1.1, 2.0, 2.4, 1.6, 2.3, 1.0, 1.9, 0.8];
+        for seed in 0..4 {
+            for (boundary, side, large, (small, temperature), any_fixed, gravity) in [
+                (Boundary::Periodic, 16.0, (&eight[..], 0.5), (900, 1.0), false, 0.0),
+                (Boundary::Periodic, 16.5, (&eight[..], 0.5), (700, 1.0), true, 0.0),
+                (Boundary::Periodic, 30.0, (&[2.0; 27][..], 0.5), (3000, 1.0), false, 0.0),
+                (Boundary::Walls, 15.0, (&eight[..], 0.5), (700, 1.0), false, 0.3),
+                (Boundary::Walls, 15.0, (&eight[..], 0.5), (500, 1.0), true, 0.3),
+                (Boundary::Periodic, 34.0, (&[10.0][..], 0.5), (5000, 1.0), false, 0.0),
+                (Boundary::Walls, 34.0, (&[10.0][..], 0.5), (4000, 1.0), false, 0.1),
+                // Large ones into small ones at rest, which never look themselves.
+                (Boundary::Periodic, 40.0, (&[2.0; 216][..], 3.0), (1000, 0.0), false, 0.0),
+            ] {
+                let mut scene = mixture((boundary, side), large, (small, temperature), any_fixed, seed);
+                scene.gravity = DVec3::new(0.1, 0.0, -1.0) * gravity;
+                let mut swept = start(&scene);
+                let Nearby::Cells(cells) = &swept.nearby else { panic!("cells were expected") };
+                assert!(!cells.has_one_level());
+                let bits = swept.impacts_to_the_bit(6 * small);
+                assert!(swept.sweeps.next.is_reachable(), "{boundary:?} {side}: no sweeps");
+                let expected = without_sweeps(&scene).impacts_to_the_bit(6 * small);
+                assert!(bits == expected, "{boundary:?} {side} {any_fixed} {gravity} {seed}");
             }
         }
     }

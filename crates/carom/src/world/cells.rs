@@ -205,15 +205,12 @@ impl Cells {
             std::array::from_fn(|axis| if domain.boundary[axis] == Boundary::Periodic { fine[axis] } else { 0 });
         let places =
             level_of.iter().map(|&level| Place { coordinate: [0; 3], level: level_row[level as usize] }).collect();
-        Self {
+        let mut new = Self {
             origin,
             width: extent / DVec3::from_array(fine.map(f64::from)),
             crossed,
             periodic_count,
-            nearest_image_reach: (0..3)
-                .filter(|&axis| domain.boundary[axis] == Boundary::Periodic && base[axis] < FEWEST_ROUND_A_BOX)
-                .map(|axis| domain.size[axis] * (0.5 - 2.0 / f64::from(fine[axis])))
-                .fold(f64::INFINITY, f64::min),
+            nearest_image_reach: 0.0,
             interiors: false,
             slack: 0.0,
             horizon: Time::NEVER,
@@ -225,7 +222,21 @@ impl Cells {
             free: Vec::new(),
             kept: KeptRows::default(),
             planes: Vec::new(),
-        }
+        };
+        new.nearest_image_reach = new.image_reach(domain, 0.0);
+        new
+    }
+
+    /// Both of a pair may be outside of their cells, and both at either end of their ways.
+    const IMAGE_REACH_PER_SLACK: f64 = 4.0;
+
+    /// What [`Cells::nearest_image_reach`] is (m) if balls may be so far outside of their cells.
+    fn image_reach(&self, domain: &Domain, slack: f64) -> f64 {
+        let few = |axis: usize| self.levels.iter().any(|level| level.count[axis] < FEWEST_ROUND_A_BOX);
+        (0..3)
+            .filter(|&axis| domain.boundary[axis] == Boundary::Periodic && few(axis))
+            .map(|axis| 0.5 * domain.size[axis] - 2.0 * self.width[axis] - Self::IMAGE_REACH_PER_SLACK * slack)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// Cells for the balls where they are at `now`, everybody in.
@@ -237,6 +248,7 @@ impl Cells {
             cells.visit_interiors();
         }
         cells.slack = cells.room_to_stray(world);
+        cells.nearest_image_reach = cells.image_reach(&world.domain, cells.slack);
         for axis in 0..3 {
             let (width, crossed) = (cells.width[axis], cells.crossed[axis]);
             cells.reach[axis] = if crossed { 0.5 * width + cells.slack } else { f64::INFINITY };
@@ -254,7 +266,7 @@ impl Cells {
 
     /// Contact distance (m) up to which two balls can only meet through their nearest images before either leaves its
     /// cell. With five cells or more along each axis neighbours are less than half the box apart; with fewer, each may
-    /// still fly one cell of the finest level.
+    /// still fly one cell of the finest level, and as far outside as balls may be.
     pub fn nearest_image_reach(&self) -> f64 {
         self.nearest_image_reach
     }
@@ -322,6 +334,11 @@ impl Cells {
     #[inline(always)]
     pub fn planes(&self, ball: usize) -> PlaneSet {
         self.planes.get(ball).copied().unwrap_or(PlaneSet::NONE)
+    }
+
+    /// How far (m) a ball flies at most, corner to corner, before it leaves its cell of the finest level.
+    pub fn longest_way(&self) -> f64 {
+        (2.0 * self.reach).length()
     }
 
     /// When and through which face `ball` next leaves its cell.
@@ -709,7 +726,7 @@ fn levels_of(radii: &[f64], base: &[i32; 3], extent: DVec3, smallest: f64, singl
     let level_for = |radius: f64| -> u32 {
         let mut level = 0;
         let mut width = 0.5 * narrowest;
-        while narrowest.is_finite() && width > 2.0 * radius * (1.0 + CELL_MARGIN) && level < FINEST_LEVEL {
+        while narrowest.is_finite() && width > 2.0 * radius * LEAST_WIDTH && level < FINEST_LEVEL {
             level += 1;
             width *= 0.5;
         }

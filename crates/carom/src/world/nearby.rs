@@ -144,6 +144,27 @@ impl Nearby {
         (!impact.before(time) && !self.sweeps_before(time)).then_some((time, face))
     }
 
+    /// How far (m) a ball flies at most before it leaves its place.
+    pub fn longest_way(&self) -> f64 {
+        match self {
+            Self::Cells(cells) => cells.longest_way(),
+            Self::Lists(_) => f64::INFINITY,
+        }
+    }
+
+    /// The earlier of `time` and of when `ball`, which has no event before that, has left its place all the same, and was moved by
+    /// a sweep.
+    #[inline(always)]
+    pub fn moved_by(&self, world: &World, ball: usize, now: Time, time: Time) -> Time {
+        match self {
+            Self::Cells(cells) if cells.slack() > 0.0 => {
+                let (leaves, _) = cells.next_crossing(world, ball, now);
+                if leaves.before(time) { leaves } else { time }
+            }
+            _ => time,
+        }
+    }
+
     /// Whether all balls are moved to where they are by `time`.
     #[inline(always)]
     fn sweeps_before(&self, time: Time) -> bool {

@@ -8,12 +8,13 @@ use crate::world::nearby::Gathered;
 
 impl Cells {
     /// The cells of a finer level in which a ball can touch this one before either leaves its cell: those that the surface
-    /// reaches from anywhere in the ball's own cell of that level.
+    /// reaches from anywhere in the ball's own cell of that level, both as far outside as they may be.
     pub(super) fn shell(&self, level: &Level, coordinate: [i32; 3], radius: f64, found: &mut Gathered) {
         let reach = (radius + level.largest_radius) * (1.0 + CELL_MARGIN);
         // Centres cannot come nearer than this.
         let least = if self.interiors { 0.0 } else { (radius + level.smallest_radius) * (1.0 - CELL_MARGIN) };
-        let rows: [Row; 3] = std::array::from_fn(|axis| Row::new(reach, level.width[axis], level.count[axis]));
+        let rows: [Row; 3] =
+            std::array::from_fn(|axis| Row::new(reach, level.width[axis], level.count[axis], 2.0 * self.slack));
         for z in rows[2].steps() {
             let (near_z, far_z) = rows[2].distances(z);
             let plane = level.closed(2, coordinate[2] + z) * level.count[1];
@@ -83,37 +84,41 @@ impl Cells {
 struct Row {
     width: f64,
     inverse: f64,
+    /// How far (m) both together may be outside of their cells.
+    slack: f64,
     reached: i32,
     /// The shell reaches all round the closed row: every cell is taken, at any distance.
     whole: bool,
 }
 
 impl Row {
-    fn new(reach: f64, width: f64, count: i32) -> Self {
-        let reached = (reach / width).floor() as i32 + 1;
+    fn new(reach: f64, width: f64, count: i32, slack: f64) -> Self {
+        let reached = ((reach + slack) / width).floor() as i32 + 1;
         let whole = 2 * reached + 1 > count;
-        Self { width, inverse: 1.0 / width, reached: if whole { count - 1 } else { reached }, whole }
+        Self { width, inverse: 1.0 / width, slack, reached: if whole { count - 1 } else { reached }, whole }
     }
 
     fn steps(&self) -> std::ops::RangeInclusive<i32> {
         if self.whole { 0..=self.reached } else { -self.reached..=self.reached }
     }
 
-    /// Least and greatest distance (m) along the axis between points of two cells `step` apart.
+    /// Least and greatest distance (m) along the axis between balls of two cells `step` apart.
     fn distances(&self, step: i32) -> (f64, f64) {
         if self.whole {
             return (0.0, f64::INFINITY);
         }
         let cells = f64::from(step.abs());
-        ((cells - 1.0).max(0.0) * self.width, (cells + 1.0) * self.width)
+        (((cells - 1.0) * self.width - self.slack).max(0.0), (cells + 1.0) * self.width + self.slack)
     }
 
-    /// The steps (of either sign) whose cells hold points between two distances (m) along the axis.
+    /// The steps (of either sign) whose cells hold balls between two distances (m) along the axis.
     fn between(&self, least: f64, most: f64) -> (i32, i32) {
         if self.whole {
             return (0, self.reached);
         }
-        // Those of step n hold distances from n - 1 to n + 1 cells. (No distance is negative: to cut off is to round down.)
-        ((least * self.inverse) as i32, ((most * self.inverse) as i32 + 1).min(self.reached))
+        // Those of step n hold distances from n - 1 to n + 1 cells, and the slack at either end. (No distance is negative: to cut
+        // off is to round down.)
+        let inner = (least - self.slack).max(0.0) * self.inverse;
+        (inner as i32, (((most + self.slack) * self.inverse) as i32 + 1).min(self.reached))
     }
 }

@@ -1,14 +1,16 @@
 //! Balls that have left their cells are moved all at once, every so often, in the order of memory. Until then they may be a
 //! little way outside: cells are so much wider than balls that nobody is overlooked.
 //!
-//! Two balls whose cells are not side by side are farther apart than a cell's width less twice that little way. Whoever would
-//! get farther out before the next sweep has an event of its own.
+//! Two balls whose cells, on the level of the larger, are not side by side are farther apart than such a cell's width less twice
+//! that little way. Whoever would get farther out before the next sweep has an event of its own.
 
 use std::ops::Range;
 
 use glam::DVec3;
 
-use super::{Boundary, Cells, FEWEST_ROUND_A_BOX, Face};
+#[cfg(test)]
+use super::Domain;
+use super::{Boundary, Cells, Face};
 use crate::predict::lanes::{IN_ORDER, Lanes, MOST, Work};
 use crate::predict::round;
 use crate::time::Time;
@@ -18,8 +20,11 @@ use crate::world::nearby::Gathered;
 
 /// So few balls are not worth a sweep.
 const FEWEST: usize = 64;
-/// The way out is at most this part of a cell's width: so two balls side by side stay less than half of five cells apart.
+/// The way out is at most this part of the width of a cell of the finest level: so two balls side by side stay less than half of
+/// five cells apart.
 const MOST_SLACK: f64 = 0.2;
+/// Less than this part is not worth a sweep: it would have to follow too soon.
+const LEAST_SLACK: f64 = 0.01;
 
 /// One sweep: when it is, and how long its results have to hold.
 #[derive(Clone, Copy, Debug)]
@@ -33,25 +38,36 @@ pub struct Sweep {
 impl Cells {
     /// How far (m) balls may be outside of their cells between sweeps; 0 where there can be no sweeps.
     pub(super) fn room_to_stray(&self, world: &World) -> f64 {
-        let wide_enough = |axis: usize| match world.domain.boundary[axis] {
-            Boundary::Open => false,
-            Boundary::Periodic => self.levels[0].count[axis] >= FEWEST_ROUND_A_BOX,
-            Boundary::Walls => true,
-        };
-        let mut crossed = (0..3).filter(|&axis| self.crossed[axis]).peekable();
-        let one_level = self.has_one_level() && !self.interiors;
-        if world.len() < FEWEST || !one_level || crossed.peek().is_none() || !crossed.clone().all(wide_enough) {
+        let crossed = || (0..3).filter(|&axis| self.crossed[axis]);
+        let open = crossed().any(|axis| world.domain.boundary[axis] == Boundary::Open);
+        if world.len() < FEWEST || self.interiors || open || crossed().next().is_none() {
             return 0.0;
         }
-        let narrowest = crossed.map(|axis| self.width[axis]).fold(f64::INFINITY, f64::min);
-        let widest_ball = 2.0 * self.levels[0].largest_radius * (1.0 + CELL_MARGIN);
-        (0.5 * (narrowest - widest_ball)).clamp(0.0, MOST_SLACK * narrowest)
+        let mut slack = crossed().map(|axis| MOST_SLACK * self.width[axis]).fold(f64::INFINITY, f64::min);
+        for level in &self.levels {
+            let widest_ball = 2.0 * level.largest_radius * (1.0 + CELL_MARGIN);
+            // In a row of three cells, all are side by side.
+            for axis in crossed().filter(|&axis| level.count[axis] > 3) {
+                slack = slack.min(0.5 * (level.width[axis] - widest_ball));
+            }
+        }
+        // Two that could touch through more than one image would have to be looked at through all of them.
+        let widest_pair = world.largest_radii().iter().sum::<f64>();
+        slack = slack.min((self.image_reach(&world.domain, 0.0) - widest_pair) / Self::IMAGE_REACH_PER_SLACK);
+        let least = crossed().map(|axis| LEAST_SLACK * self.width[axis]).fold(0.0, f64::max);
+        if slack >= least { slack } else { 0.0 }
     }
 
     /// Whether all balls live in cells of one size.
     #[inline(always)]
     pub fn has_one_level(&self) -> bool {
         self.levels.len() == 1
+    }
+
+    /// Whether the ball lives in the smallest cells: whoever is newly near it is then in the cells behind a face, or larger.
+    #[inline(always)]
+    pub fn is_on_finest_level(&self, ball: usize) -> bool {
+        self.places[ball].level as usize + 1 == self.levels.len()
     }
 
     /// How far (m) balls may be outside of their cells.
@@ -61,9 +77,10 @@ impl Cells {
 
     /// Without sweeps: nobody may be outside.
     #[cfg(test)]
-    pub fn forbid_straying(&mut self) {
+    pub fn forbid_straying(&mut self, domain: &Domain) {
         self.reach -= self.slack;
         self.slack = 0.0;
+        self.nearest_image_reach = self.image_reach(domain, 0.0);
         self.horizon = Time::NEVER;
     }
 
@@ -99,7 +116,8 @@ impl Cells {
     }
 
     /// Moves a ball into the cell where it will be half-way to the next sweep, or is now if it is so fast that it could get too
-    /// far out of that before; adds whoever is newly near to `found`. Gives how many faces it passed, and whether it is so fast.
+    /// far out of that before; adds whoever is newly near to `found`, if the ball lives on the finest level. Gives how many faces
+    /// it passed, and whether it is so fast.
     #[inline(always)]
     pub fn bring_home(&mut self, world: &World, ball: usize, sweep: &Sweep, found: &mut Gathered) -> (u32, bool) {
         let half = 0.5 * sweep.interval;
@@ -120,7 +138,9 @@ impl Cells {
             let face = faces.trailing_zeros();
             let face = Face { axis: (face % 3) as u8, upward: face >= 3 };
             self.cross(ball, face);
-            self.near_after_crossing(ball, || world.radii[ball], face, found);
+            if self.is_on_finest_level(ball) {
+                self.near_after_crossing(ball, || world.radii[ball], face, found);
+            }
             steps[usize::from(face.axis)] -= if face.upward { 1.0 } else { -1.0 };
             passed += 1;
         }
