@@ -175,50 +175,91 @@ impl Work for Strays<'_> {
         found.clear();
         let half = 0.5 * sweep.interval;
         let middle = world.clock.after(sweep.now, half);
-        let (zero, one) = (l.all(0.0), l.all(1.0 - 0.5 * f64::EPSILON));
         let (epoch, offset) = (l.all(middle.epoch), l.all(middle.offset));
+        let axes = [
+            Stray::new(l, cells, world, half, 0),
+            Stray::new(l, cells, world, half, 1),
+            Stray::new(l, cells, world, half, 2),
+        ];
+        let last = world.len() - 1;
         for first in balls.clone().step_by(L::COUNT) {
             let count = L::COUNT.min(balls.end - first);
             let mut rows = [0; MOST];
-            for (k, row) in rows.iter_mut().enumerate() {
-                *row = (first + k).min(world.len() - 1) as u32;
+            for (k, row) in rows[..L::COUNT].iter_mut().enumerate() {
+                *row = (first + k).min(last) as u32;
             }
-            let columns = l.columns(&world.flights, &rows);
-            let seconds = l.add(l.sub(epoch, columns[6]), l.sub(offset, columns[7]));
-            let mut strays = l.below(zero, zero);
-            for axis in 0..3 {
-                if !cells.crossed[axis] {
-                    continue;
-                }
-                let (mut position, mut velocity) = (columns[axis], columns[axis + 3]);
-                let mut slack = l.all(cells.slack);
-                position = l.add(position, l.mul(velocity, seconds));
-                if world.has_gravity() {
-                    let mut falls = [0.0; MOST];
-                    for (falls, &row) in falls.iter_mut().zip(&rows) {
-                        *falls = world.acceleration(row as usize)[axis];
-                    }
-                    let fall = l.mul(l.gather(&falls, &IN_ORDER), seconds);
-                    position = l.add(position, l.mul(l.all(0.5), l.mul(fall, seconds)));
-                    velocity = l.add(velocity, fall);
-                    slack = l.sub(slack, l.all(world.gravity[axis].abs() * (0.5 * half * half)));
-                }
-                let mut coordinates = [0.0; MOST];
-                for (coordinate, &row) in coordinates.iter_mut().zip(&rows) {
-                    *coordinate = f64::from(cells.places[row as usize].coordinate[axis]);
-                }
-                let coordinate = l.gather(&coordinates, &IN_ORDER);
-                let relative = l.mul(l.sub(position, l.all(cells.origin[axis])), l.all(cells.inverse[axis]));
-                let out = l.sub(relative, coordinate);
-                let speed = l.max(velocity, l.sub(zero, velocity));
-                let is_fast = l.below(slack, l.mul(speed, l.all(half)));
-                strays = l.either(strays, l.either(is_fast, l.either(l.below(out, zero), l.below(one, out))));
-            }
-            let mut bits = l.bits(strays) & ((1 << count) - 1);
+            let rows = &rows[..L::COUNT];
+            let [x, y, z, vx, vy, vz, their_epoch, their_offset] = l.columns(&world.flights, rows);
+            let seconds = l.add(l.sub(epoch, their_epoch), l.sub(offset, their_offset));
+            let of_x = axes[0].is_out(l, cells, world, rows, [x, vx, seconds]);
+            let of_y = axes[1].is_out(l, cells, world, rows, [y, vy, seconds]);
+            let of_z = axes[2].is_out(l, cells, world, rows, [z, vz, seconds]);
+            let mut bits = l.bits(l.either(l.either(of_x, of_y), of_z)) & ((1 << count) - 1);
             while bits != 0 {
                 found.push(first as u32 + bits.trailing_zeros());
                 bits &= bits - 1;
             }
         }
+    }
+}
+
+/// What tells of balls, in each lane one, whether they stray along one axis.
+struct Stray<L: Lanes> {
+    axis: usize,
+    crossed: bool,
+    origin: L::Numbers,
+    inverse: L::Numbers,
+    /// Half the time between two sweeps (s).
+    half: L::Numbers,
+    /// How far (m) a ball may fly in that, but for its fall.
+    slack: L::Numbers,
+}
+
+impl<L: Lanes> Stray<L> {
+    #[inline(always)]
+    fn new(l: L, cells: &Cells, world: &World, half: f64, axis: usize) -> Self {
+        Self {
+            axis,
+            crossed: cells.crossed[axis],
+            origin: l.all(cells.origin[axis]),
+            inverse: l.all(cells.inverse[axis]),
+            half: l.all(half),
+            slack: l.all(cells.slack - world.gravity[axis].abs() * (0.5 * half * half)),
+        }
+    }
+
+    /// Whether balls at `position` (m) and `velocity` (m/s) at their start, so many `seconds` before the middle between this sweep
+    /// and the next, will then be in other cells than they are counted in, or are too fast.
+    #[inline(always)]
+    fn is_out(
+        &self,
+        l: L,
+        cells: &Cells,
+        world: &World,
+        rows: &[u32],
+        [mut position, mut velocity, seconds]: [L::Numbers; 3],
+    ) -> L::Mask {
+        let (axis, zero, one) = (self.axis, l.all(0.0), l.all(1.0 - 0.5 * f64::EPSILON));
+        if !self.crossed {
+            return l.below(zero, zero);
+        }
+        position = l.add(position, l.mul(velocity, seconds));
+        if world.has_gravity() {
+            let mut falls = [0.0; MOST];
+            for (falls, &row) in falls.iter_mut().zip(rows) {
+                *falls = world.acceleration(row as usize)[axis];
+            }
+            let fall = l.mul(l.gather(&falls, &IN_ORDER), seconds);
+            position = l.add(position, l.mul(l.all(0.5), l.mul(fall, seconds)));
+            velocity = l.add(velocity, fall);
+        }
+        let mut coordinates = [0.0; MOST];
+        for (coordinate, &row) in coordinates.iter_mut().zip(rows) {
+            *coordinate = f64::from(cells.places[row as usize].coordinate[axis]);
+        }
+        let out = l.sub(l.mul(l.sub(position, self.origin), self.inverse), l.gather(&coordinates, &IN_ORDER));
+        let speed = l.max(velocity, l.sub(zero, velocity));
+        let is_fast = l.below(self.slack, l.mul(speed, self.half));
+        l.either(is_fast, l.either(l.below(out, zero), l.below(one, out)))
     }
 }
