@@ -91,7 +91,9 @@ pub struct Lists {
     planes: Vec<PlaneSet>,
     /// For each body, whoever is near if one of the two turns; empty where nobody does. Not on the lists above.
     beside: Vec<Vec<u32>>,
+    /// Room to work in: whoever may be near a ball, and who of them was not before.
     found: Gathered,
+    fresh: Vec<u32>,
 }
 
 impl Lists {
@@ -127,6 +129,7 @@ impl Lists {
             beside: if turning { vec![Vec::new(); world.len()] } else { Vec::new() },
             bins,
             found: Gathered::default(),
+            fresh: Vec::new(),
         };
         for ball in 0..world.len() {
             lists.shells[ball].centre = world.position(ball, now);
@@ -239,6 +242,19 @@ impl Lists {
         self.width.run(Renewal { lists: self, world, ball, now });
     }
 
+    /// Whether the ball's list can be made anew without emptying it before: a list that was crowded once need not be so for ever.
+    #[inline(always)]
+    fn can_be_mended(&self, ball: usize) -> bool {
+        let fill = self.shells[ball].fill;
+        fill.len() <= u64::BITS as usize && self.beside.is_empty() && !Self::is_roomy(fill)
+    }
+
+    /// Whether a list has more room than twice what it needs.
+    #[inline(always)]
+    fn is_roomy(fill: Fill) -> bool {
+        fill.lines() > fill.len().div_ceil(LINE).next_power_of_two()
+    }
+
     /// Takes the ball off its neighbours' lists, and empties its own.
     #[inline(always)]
     fn withdraw<L: Lanes>(&mut self, lanes: L, ball: usize) {
@@ -255,23 +271,25 @@ impl Lists {
             others.clear();
             self.beside[ball] = others;
         }
-        let shell = &mut self.shells[ball];
-        shell.fill = Fill::new(0, fill.class());
-        // What was crowded once need not be so for ever.
-        if fill.lines() > fill.len().div_ceil(LINE).next_power_of_two() {
+        self.shells[ball].fill = Fill::new(0, fill.class());
+        if Self::is_roomy(fill) {
             self.give_back(start, fill.class());
             self.shells[ball].fill = Fill::NONE;
         }
     }
 
-    /// Finds those within reach, and puts them on the ball's list; `mutual`: and the ball on theirs.
+    /// Finds those within reach, and puts them on the ball's list; `mutual`: and the ball on theirs, and takes off those who are no
+    /// longer.
     #[inline(always)]
     fn look_around<L: Lanes>(&mut self, lanes: L, world: &World, ball: usize, mutual: bool) {
         let centre = self.shells[ball].centre;
         let (radius, reach) = (world.radii[ball], 2.0 * self.displacement * (1.0 + CELL_MARGIN));
         let fixed = world.is_fixed(ball);
-        let mut found = std::mem::take(&mut self.found);
+        let (mut found, mut fresh) = (std::mem::take(&mut self.found), std::mem::take(&mut self.fresh));
         found.clear();
+        fresh.clear();
+        // Places of those who stay, as bits.
+        let mut kept = 0u64;
         self.bins.near(lanes, centre, self.sphere(world, ball), &mut found);
         // All at once before one after the other.
         for &other in found.rows() {
@@ -297,12 +315,19 @@ impl Lists {
                 }
                 continue;
             }
+            match self.place_of(lanes, ball, other) {
+                Some(place) => kept |= 1 << place,
+                None => fresh.push(other),
+            }
+        }
+        self.remove_all_but(lanes, ball, kept);
+        for &other in &fresh {
             self.add(ball, other);
             if mutual {
                 self.add(other as usize, ball as u32);
             }
         }
-        self.found = found;
+        (self.found, self.fresh) = (found, fresh);
         if !self.planes.is_empty() {
             let around = self.displacement * (1.0 + CELL_MARGIN);
             self.planes[ball] = PlaneSet::near(world, radius, centre, centre, around);
@@ -339,9 +364,31 @@ impl Lists {
         None
     }
 
+    /// Takes whoever is not at one of the places that are `kept` off the ball's list, and the ball off his.
+    #[inline(always)]
+    fn remove_all_but<L: Lanes>(&mut self, lanes: L, ball: usize, kept: u64) {
+        let Shell { start, fill, .. } = self.shells[ball];
+        let mut leaving = !kept & low_bits(fill.len());
+        while leaving != 0 {
+            // The last first: what moves into its place is one that stays, or is past.
+            let place = leaving.ilog2() as usize;
+            let other = self.lines[start as usize + place / LINE][place % LINE];
+            self.remove(lanes, other as usize, ball as u32);
+            self.remove_at(ball, place);
+            leaving &= low_bits(place);
+        }
+    }
+
     #[inline(always)]
     fn remove<L: Lanes>(&mut self, lanes: L, ball: usize, other: u32) {
-        let Some(place) = self.place_of(lanes, ball, other) else { return };
+        if let Some(place) = self.place_of(lanes, ball, other) {
+            self.remove_at(ball, place);
+        }
+    }
+
+    /// Puts the last of the list into the place of one that is taken off.
+    #[inline(always)]
+    fn remove_at(&mut self, ball: usize, place: usize) {
         let shell = &mut self.shells[ball];
         let (start, last) = (shell.start as usize, shell.fill.len() - 1);
         shell.fill = Fill::new(last, shell.fill.class());
@@ -387,6 +434,12 @@ impl Lists {
     }
 }
 
+/// The lowest bits, so many of at most 64.
+#[inline(always)]
+fn low_bits(count: usize) -> u64 {
+    if count < u64::BITS as usize { (1 << count) - 1 } else { u64::MAX }
+}
+
 /// The first list of everybody.
 struct FirstLook<'a> {
     lists: &'a mut Lists,
@@ -418,7 +471,9 @@ impl Work for Renewal<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
         let Self { lists, world, ball, now } = self;
-        lists.withdraw(lanes, ball);
+        if !lists.can_be_mended(ball) {
+            lists.withdraw(lanes, ball);
+        }
         let centre = world.position(ball, now);
         lists.shells[ball].centre = centre;
         lists.bins.remove(ball);
@@ -463,4 +518,94 @@ fn displacement(world: &World, now: Time, needed: bool) -> Option<f64> {
     let within = (NEIGHBOURS + 1.0) * volume / count;
     let reach = if axes == 3 { (within / ball(1.0)).cbrt() } else { (within / ball(1.0)).sqrt() };
     Some((0.5 * reach - mean).max(0.05 * mean))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flight::Flight;
+    use crate::predict::lanes::Width;
+    use crate::random::Random;
+    use crate::scene::{Fill, Placement, RadiusDistribution, Scene};
+    use crate::world::Domain;
+
+    const COUNT: u64 = 343;
+    const SIDE: f64 = 8.0;
+
+    fn lattice(boundary: Boundary) -> World {
+        let fill = Fill {
+            first_id: 0,
+            placement: Placement::Cubic,
+            count: Some(COUNT),
+            packing: None,
+            radius: RadiusDistribution::Constant(0.5),
+            mass: Some(1.0),
+            density: None,
+            temperature: 0.0,
+            velocity: DVec3::ZERO,
+            center: None,
+            size: None,
+            material: 0,
+        };
+        let domain = Domain { boundary: [boundary; 3], size: DVec3::splat(SIDE) };
+        Scene { domain, fills: vec![fill], ..Scene::default() }.build().expect("a scene").0
+    }
+
+    /// Who is on a ball's list, sorted, and who should be.
+    fn listed_and_near(lists: &Lists, world: &World, ball: usize) -> (Vec<u32>, Vec<u32>) {
+        let mut listed = lists.row(ball)[..lists.shells[ball].fill.len()].to_vec();
+        listed.sort_unstable();
+        let is_near = |other: usize| {
+            let apart = lists.periods.nearest(lists.shells[ball].centre - lists.shells[other].centre).length();
+            other != ball && apart < world.radii[ball] + world.radii[other] + 2.0 * lists.displacement
+        };
+        (listed, (0..world.len()).filter(|&other| is_near(other)).map(|other| other as u32).collect())
+    }
+
+    /// Whoever looks around again, a little way off or elsewhere: after that all who are near are on each other's lists, once, and
+    /// nobody else; in crowds, too, that gather in one place and go again, and whoever is no longer near has forgotten.
+    #[test]
+    fn lists_made_anew_hold_whoever_is_near() {
+        for boundary in [Boundary::Periodic, Boundary::Walls] {
+            for width in [2, 4, 8].map(Width::at_most) {
+                let mut world = lattice(boundary);
+                let now = world.start;
+                let mut lists = Lists::new(&world, now, width).expect("dense enough");
+                let mut random = Random::new(5, 0);
+                let mut longest = 0;
+                for step in 0..6000 {
+                    let ball = (random.uniform() * COUNT as f64) as usize;
+                    let anywhere = DVec3::new(random.uniform(), random.uniform(), random.uniform()) - 0.5;
+                    // Together in the second third, apart again in the last.
+                    let position = match step * 3 / 6000 {
+                        _ if step % 2 == 0 => lists.shells[ball].centre + anywhere * lists.displacement,
+                        1 => anywhere * 0.8,
+                        _ => anywhere * SIDE,
+                    };
+                    world.flights[ball] = Flight::new(position, DVec3::ZERO, now);
+                    lists.renew(&world, ball, now);
+                    longest = longest.max(lists.shells[ball].fill.len());
+                    let (listed, near) = listed_and_near(&lists, &world, ball);
+                    assert_eq!(listed, near, "{boundary:?} {step} {ball}");
+                    if step % 500 == 0 {
+                        for ball in 0..world.len() {
+                            let (listed, near) = listed_and_near(&lists, &world, ball);
+                            assert_eq!(listed, near, "{boundary:?} {step} {ball}");
+                            let rest = &lists.row(ball)[listed.len()..];
+                            assert!(
+                                rest.iter().all(|&row| row as usize == ball),
+                                "{boundary:?} {step} {ball}: {rest:?}"
+                            );
+                        }
+                    }
+                }
+                assert!(longest > u64::BITS as usize, "{longest}");
+                // Room that was needed in the crowd is given back by those who have looked around since.
+                (0..2 * world.len()).for_each(|k| lists.renew(&world, k % COUNT as usize, now));
+                let room = |ball: usize| lists.shells[ball].fill.lines();
+                let most = (0..world.len()).map(room).max();
+                assert!(most <= Some(2), "{most:?}");
+            }
+        }
+    }
 }
