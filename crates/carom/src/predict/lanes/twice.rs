@@ -26,7 +26,6 @@ impl<L: Lanes> Lanes for Twice<L> {
         add: Numbers;
         sub: Numbers;
         mul: Numbers;
-        div: Numbers;
         near_quotient: Numbers;
         min: Numbers;
         max: Numbers;
@@ -50,11 +49,6 @@ impl<L: Lanes> Lanes for Twice<L> {
         let (low, high) = to.split_at_mut(L::COUNT);
         self.0.put(numbers[0], low);
         self.0.put(numbers[1], high);
-    }
-
-    #[inline(always)]
-    fn sqrt(self, a: Self::Numbers) -> Self::Numbers {
-        [self.0.sqrt(a[0]), self.0.sqrt(a[1])]
     }
 
     #[inline(always)]
