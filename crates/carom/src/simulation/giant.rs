@@ -1,7 +1,8 @@
 //! Very large balls among small ones. After each of its many impacts such a ball would have to look at the thousands all around
 //! it, though an impact with something so light hardly changes its course. So there is a course for it, the one that it was on
 //! when all around were looked at last; and whoever comes close to where it is on that course, before anything else happens to
-//! him, is noted when that is foretold. As long as it stays within a little way of its course, these are all that it can meet.
+//! him or he passes into another cell, is noted when that is foretold, and looked at again when he has passed. As long as it
+//! stays within a little way of its course, these are all that it can meet.
 
 use super::Simulation;
 use crate::event::Upcoming;
@@ -151,11 +152,11 @@ impl Giants {
             return false;
         }
         let v = world.velocity(ball, now) - course.velocity_after(flown, acceleration);
+        // So it does not fly so far that it could come close through another image.
         let time = nearby.moved_by(world, ball, now, time);
         let seconds = if time.is_reachable() { time.since(now) } else { f64::INFINITY };
         let approach = r.dot(v);
         let closest = if approach < 0.0 { (-approach / v.length_squared()).min(seconds) } else { 0.0 };
-        // Between sweeps a ball may fly so far that it comes close through another image.
         // What is not a number, of speeds too small for their squares, counts as close.
         !((r + v * closest).length_squared() >= within * within)
     }

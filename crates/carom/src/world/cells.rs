@@ -1,6 +1,6 @@
 //! Who can meet whom before either leaves its cell: nested grids, one level for each class of sizes.
 //!
-//! Level k has cells half as wide as level k - 1, and a ball lives in the finest level whose cells are wider than the ball.
+//! Level k has cells half as wide as level k - 1, and a ball lives in the finest level whose cells are a little wider.
 //! A ball that is predicted looks at the cells beside its own on its own and every coarser level, and on every finer
 //! level at the shell of cells that its surface can reach before it leaves its cell of that level. Each ball crosses the
 //! cells of the finest level, and looks again when it does. So two balls are always predicted from each other before they

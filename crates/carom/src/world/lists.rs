@@ -249,7 +249,7 @@ impl Lists {
         fill.len() <= u64::BITS as usize && self.beside.is_empty() && !Self::is_roomy(fill)
     }
 
-    /// Whether a list has more room than twice what it needs.
+    /// Whether a list has at least twice the room that it needs.
     #[inline(always)]
     fn is_roomy(fill: Fill) -> bool {
         fill.lines() > fill.len().div_ceil(LINE).next_power_of_two()

@@ -1,6 +1,6 @@
 //! Eight numbers, in the registers of AVX-512.
 
-use super::four::within_eight;
+use super::four::{matches_eight, within_eight};
 use super::{Lanes, by_register};
 use crate::flight::Flight;
 
@@ -121,8 +121,7 @@ impl Lanes for pulp::x86::V4 {
 
     #[inline(always)]
     fn matches(self, rows: &[u32; 8], row: u32) -> u32 {
-        let equal = self.avx2._mm256_cmpeq_epi32(pulp::cast(*rows), self.avx._mm256_set1_epi32(row as i32));
-        self.avx._mm256_movemask_ps(pulp::cast(equal)) as u32
+        matches_eight(self.avx, self.avx2, rows, row)
     }
 
     #[inline(always)]

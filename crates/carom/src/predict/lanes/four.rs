@@ -104,8 +104,7 @@ impl Lanes for pulp::x86::V3 {
 
     #[inline(always)]
     fn matches(self, rows: &[u32; 8], row: u32) -> u32 {
-        let equal = self.avx2._mm256_cmpeq_epi32(pulp::cast(*rows), self.avx._mm256_set1_epi32(row as i32));
-        self.avx._mm256_movemask_ps(pulp::cast(equal)) as u32
+        matches_eight(self.avx, self.avx2, rows, row)
     }
 
     #[inline(always)]
@@ -144,6 +143,18 @@ const FRONT: [u64; 256] = {
     }
     table
 };
+
+/// [`Lanes::matches`], in registers that hold all eight.
+#[inline(always)]
+pub(super) fn matches_eight(
+    f: pulp::core_arch::x86::Avx,
+    whole: pulp::core_arch::x86::Avx2,
+    rows: &[u32; 8],
+    row: u32,
+) -> u32 {
+    let equal = whole._mm256_cmpeq_epi32(pulp::cast(*rows), f._mm256_set1_epi32(row as i32));
+    f._mm256_movemask_ps(pulp::cast(equal)) as u32
+}
 
 /// [`Lanes::within`], in registers that hold all eight.
 #[inline(always)]
