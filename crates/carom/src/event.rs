@@ -18,12 +18,48 @@ pub struct Upcoming {
     pub stamp: u32,
     /// Through which face it leaves its cell, if it does before any impact. (Of a list's sphere, any face.)
     pub leaves: Option<Face>,
+    /// How long after that time nobody else is met.
+    pub alone: Alone,
+}
+
+/// How long a ball meets nobody else after what it foresees, a part of the clock's span: a number in single precision without the
+/// lower half of its digits, less by one to three times [`Alone::LESS`] of it than what it was made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Alone(u16);
+
+impl Alone {
+    /// Pure number.
+    pub const LESS: f64 = 1.0 / 256.0;
+    /// Nothing is known.
+    pub const UNKNOWN: Self = Self(0);
+    /// The time has come up to which nobody was met.
+    pub const OVER: Self = Self(0x8000);
+
+    /// At most so many spans.
+    #[inline(always)]
+    pub fn at_most(spans: f64) -> Self {
+        let single = (spans * (1.0 - Self::LESS)) as f32;
+        // What is negative or not a number is not known.
+        Self(if single > 0.0 { (single.to_bits() >> 16) as u16 } else { 0 })
+    }
+
+    /// In spans.
+    #[inline(always)]
+    pub fn spans(self) -> f64 {
+        f64::from(f32::from_bits(u32::from(self.0) << 16))
+    }
 }
 
 impl Upcoming {
     /// Nothing ever.
-    pub const NOTHING: Self =
-        Self { time: Time::NEVER, partner: Partner::NONE, partner_impacts: 0, stamp: 0, leaves: None };
+    pub const NOTHING: Self = Self {
+        time: Time::NEVER,
+        partner: Partner::NONE,
+        partner_impacts: 0,
+        stamp: 0,
+        leaves: None,
+        alone: Alone::UNKNOWN,
+    };
 
     /// Whether an impact comes before it leaves its place.
     #[inline(always)]
@@ -167,4 +203,26 @@ kinds! {
     SurfacePlane = 32, Surface, Plane, "surface-plane";
     FaceFace = 33, Face, Face, "face-face";
     FacePlane = 34, Face, Plane, "face-plane";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Alone;
+
+    #[test]
+    fn a_wait_is_a_little_less_than_what_it_was_made_of() {
+        for exponent in -120..=120 {
+            for part in 0..1000 {
+                let spans = 2f64.powi(exponent) * (1.0 + f64::from(part) / 1000.0);
+                let less = 1.0 - Alone::at_most(spans).spans() / spans;
+                // 2^-24 is what rounding to single precision may give back.
+                assert!((0.999 * Alone::LESS..3.0 * Alone::LESS).contains(&less), "{spans}: {less}");
+            }
+        }
+        for nothing in [0.0, -0.0, -1.0, f64::NEG_INFINITY, f64::NAN, 1e-300] {
+            assert_eq!(Alone::at_most(nothing), Alone::UNKNOWN);
+        }
+        assert_eq!(Alone::at_most(f64::INFINITY).spans(), f64::INFINITY);
+        assert_eq!(Alone::OVER.spans(), 0.0);
+    }
 }

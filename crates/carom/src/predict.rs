@@ -167,22 +167,24 @@ pub struct First {
     /// With whom.
     pub partner: Partner,
     tied: bool,
+    /// So much later (s) somebody else may be met, not before; 0 if that is not known.
+    pub alone: f64,
 }
 
 impl First {
     /// None.
-    pub const NEVER: Self = Self { time: Time::NEVER, partner: Partner::NONE, tied: false };
+    pub const NEVER: Self = Self { time: Time::NEVER, partner: Partner::NONE, tied: false, alone: 0.0 };
 
     /// One that no other comes near.
     pub(crate) fn single(time: Time, partner: Partner) -> Self {
-        Self { time, partner, tied: false }
+        Self { time, partner, tied: false, alone: 0.0 }
     }
 
     /// With another impact considered.
     #[inline(always)]
     fn or(self, time: Time, partner: Partner, same: f64) -> Self {
         if time.before(self.time) {
-            return Self { time, partner, tied: self.time.since(time) <= same };
+            return Self { time, partner, tied: self.time.since(time) <= same, alone: 0.0 };
         }
         let tied = time.since(self.time) <= same && partner != self.partner;
         Self { tied: self.tied | tied, ..self }
@@ -374,7 +376,7 @@ impl Predictor {
         let next = Next { time: first.time, partner: first.partner, certificate };
         let next = if first.tied { self.lowest_with_turning(world, lists, ball, now, next) } else { next };
         self.certificates[ball] = next.certificate;
-        First { time: next.time, partner: next.partner, tied: false }
+        First::single(next.time, next.partner)
     }
 
     /// Second look, where several impacts may belong to one instant: the one that comes first in rank.
@@ -443,7 +445,11 @@ impl Predictor {
         room.retain_partners(world, ball);
         let row = room.filled_up(ball);
         let first = Seeker { world, predictor: self, ball, now }.first_unless_tied(row, nearby.planes(ball));
-        if first.tied { self.first_impact(world, nearby, ball, now, room) } else { first }
+        if first.tied {
+            return self.first_impact(world, nearby, ball, now, room);
+        }
+        // These are not all who are near.
+        First { alone: 0.0, ..first }
     }
 }
 

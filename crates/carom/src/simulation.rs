@@ -8,6 +8,7 @@ mod look_ahead;
 mod sweep;
 mod together;
 mod turning_impact;
+mod wait;
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
@@ -15,7 +16,7 @@ use std::collections::{BinaryHeap, VecDeque};
 use prefetch_index::prefetch_index;
 
 use crate::error::CollapseError;
-use crate::event::{Rank, Upcoming};
+use crate::event::{Alone, Rank, Upcoming};
 use crate::ledger::{Balance, Ledger};
 use crate::predict::lanes::{self, Width};
 use crate::predict::turning::patch::Patch;
@@ -202,7 +203,7 @@ impl Simulation {
                 Event::Leaving { ball, time } => self.look_around(ball, time),
                 Event::Stale { ball, time } => {
                     self.counts.stale += 1;
-                    self.predict(ball, self.now.later(time));
+                    self.wait_or_predict(ball, self.now.later(time));
                 }
                 Event::Impact { ball, partner, time } => {
                     let resolved = match self.resolve_together(ball, partner, time) {
@@ -399,7 +400,7 @@ impl Simulation {
         let upcoming = &self.upcoming[ball];
         match upcoming.partner.as_ball() {
             Some(other) => self.world.impacts[other] != upcoming.partner_impacts,
-            None => false,
+            None => upcoming.alone == Alone::OVER,
         }
     }
 
@@ -466,7 +467,8 @@ impl Simulation {
         let time = leaving.map_or(first.time, |(time, _)| time);
         let stamp = self.upcoming[ball].stamp.wrapping_add(1);
         let leaves = leaving.map(|(_, face)| face);
-        self.upcoming[ball] = Upcoming { time, partner: first.partner, partner_impacts: 0, stamp, leaves };
+        let alone = Alone::at_most(first.alone / self.world.clock.span());
+        self.upcoming[ball] = Upcoming { time, partner: first.partner, partner_impacts: 0, stamp, leaves, alone };
         if self.giants.any() {
             self.giants.note(&self.world, &self.nearby, ball, now, time);
         }

@@ -95,10 +95,13 @@ impl Seeker<'_> {
         let other = row[soonest.place];
         let theirs = self.world.flights[other as usize].start();
         let later = if start.since(theirs) < 0.0 { theirs } else { start };
+        let before = first.time;
         let first = first.or(self.world.clock.after(later, soonest.seconds), Partner::ball(other), same);
         // Measured from one's own start, times err by a few ulps: those in doubt are looked at again.
         let doubt = 2.0 * same + 8.0 * f64::EPSILON * soonest.after_own_start;
-        First { tied: first.tied | (soonest.next - soonest.after_own_start <= doubt), ..first }
+        let apart = soonest.next - soonest.after_own_start;
+        let alone = (apart - doubt).min(before.since(first.time));
+        First { tied: first.tied | (apart <= doubt), alone, ..first }
     }
 
     #[inline(never)]
@@ -125,7 +128,7 @@ impl Seeker<'_> {
         let end = world.clock.after(earliest, self.predictor.same);
         let of_instant = found.into_iter().filter(|(time, _)| !end.before(*time));
         let lowest = of_instant.min_by_key(|&(_, partner)| rank(world, ball, partner));
-        lowest.map_or(First::NEVER, |(time, partner)| First { time, partner, tied: false })
+        lowest.map_or(First::NEVER, |(time, partner)| First::single(time, partner))
     }
 
     /// The ball seen from another: position (m) and velocity (m/s), and the seconds that the ball has flown, at the later of

@@ -4,6 +4,7 @@
 use prefetch_index::prefetch_index;
 
 use super::Simulation;
+use crate::event::Alone;
 use crate::predict::{First, Meeting, Newly};
 use crate::time::Time;
 use crate::world::cells::sweep::{Strays, Sweep};
@@ -172,6 +173,8 @@ impl Simulation {
                     .iter()
                     .for_each(|&other| prefetch_index(&self.world.flights, other as usize));
             }
+            // Whom it meets newly after what it foresees is not told.
+            self.upcoming[ball].alone = if known.alone == Alone::OVER { Alone::OVER } else { Alone::UNKNOWN };
             newly.ask(before, ball as u32, limit + (self.predictor.same_instant() + 8.0 * f64::EPSILON * limit));
         }
         if fast && self.nearby.leaves_before(&self.world, ball, now, known.time).is_some() {
@@ -211,7 +214,7 @@ impl Simulation {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use glam::DVec3;
 
     use super::*;
@@ -223,7 +226,7 @@ mod tests {
 
     /// Balls on a lattice, a third of a step off it at most, of radii up to `spread` times the smallest; every third at rest,
     /// every tenth a hundred times as fast as the others, every seventh in prescribed motion if any is.
-    fn scene(boundary: Boundary, spacing: f64, spread: f64, any_fixed: bool, seed: u64) -> Scene {
+    pub fn scene(boundary: Boundary, spacing: f64, spread: f64, any_fixed: bool, seed: u64) -> Scene {
         let mut random = Random::new(seed, 0);
         let mut uniform = || random.uniform();
         let mut balls = Balls::default();
@@ -295,7 +298,7 @@ mod tests {
 
     /// Small balls at random among large ones of several sizes, each as heavy as its volume or all alike, every third in prescribed
     /// motion if any is.
-    fn mixture(
+    pub fn mixture(
         (boundary, side): (Boundary, f64),
         (large, speed): (&[f64], f64),
         (small, temperature): (u64, f64),
