@@ -40,15 +40,15 @@ const WIDEST: f64 = f64::MAX * 1e-30;
 
 /// A chunk's row, and how many entries are in it: one number, so that a push reads one line and writes another.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Fill(u64);
+struct Fill(u32);
 
 impl Fill {
     /// No chunk: as if it were full.
-    const NONE: Self = Self((u32::MAX as u64) << 3 | CHUNK as u64);
+    const NONE: Self = Self(u32::MAX << 3 | CHUNK as u32);
 
     #[inline(always)]
     fn new(row: usize, len: usize) -> Self {
-        Self((row as u64) << 3 | len as u64)
+        Self((row as u32) << 3 | len as u32)
     }
 
     #[inline(always)]
@@ -246,6 +246,7 @@ impl Queue {
             }
             None => {
                 make_room(&mut self.chunks, 1);
+                assert!(self.chunks.len() < Fill::NONE.row(), "more entries than can be counted");
                 self.chunks.push(Chunk { marks: [mark; CHUNK], next });
                 self.chunks.len() - 1
             }

@@ -18,7 +18,7 @@ use crate::time::Time;
 use crate::tolerance::CELL_MARGIN;
 
 /// Lists are as wide as to hold about so many: two vectors of eight, with room for the crowded.
-const NEIGHBOURS: f64 = 12.5;
+const NEIGHBOURS: f64 = 13.5;
 /// Where balls fill less than this part of space, or of a plane, cells are cheaper. (For equal balls, where both cost the same:
 /// 0.32 for a thousand, 0.42 for a hundred thousand.)
 const LEAST_PACKING: f64 = 0.34;
