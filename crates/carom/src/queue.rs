@@ -396,6 +396,8 @@ impl Queue {
     }
 
     /// After some laps: if the buckets turned out too full or too empty, builds the calendar anew with another width.
+    #[cold]
+    #[inline(never)]
     fn adapt(&mut self, time_of: &impl Fn(Mark) -> Option<Time>) {
         let occupancy = self.entries_met as f64 / self.buckets_passed as f64;
         self.entries_met = 0;

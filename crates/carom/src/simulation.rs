@@ -358,6 +358,7 @@ impl Simulation {
         }
     }
 
+    #[inline(never)]
     fn take_lowest_of_instant(&mut self) -> Option<Event> {
         let Reverse((_, ball, stamp)) = self.instant.pop()?;
         let ball = ball as usize;

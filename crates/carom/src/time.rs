@@ -102,6 +102,8 @@ impl Clock {
         self.carry(time)
     }
 
+    #[cold]
+    #[inline(never)]
     fn carry(self, time: Time) -> Time {
         if !time.offset.is_finite() {
             return Time::NEVER;

@@ -428,9 +428,7 @@ impl World {
         let flight = &self.flights[ball];
         0.5 * self.bodies[ball].mass * flight.velocity().length_squared()
             + self.potential_energy(ball, flight.position())
-            + self
-                .turning_body(ball)
-                .map_or(0.0, |body| body.rotational_energy(body.orientation, body.angular_velocity))
+            + self.turning_body(ball).map_or(0.0, TurningBody::present_rotational_energy)
     }
 
     /// A position (m) as if the ball had never been put back into the box.

@@ -109,22 +109,28 @@ impl Simulation {
         }
         self.counts.ball_ball += 1;
         if self.is_recorded() {
-            let positions = [arrived_a.position, arrived_a.position - separation];
-            let point = arrived_a.position - normal * self.world.radius(a, now);
-            self.record(recorded(
-                &contact,
-                &outcome,
-                Kind::BallBall,
-                now,
-                [a, b].map(|k| self.world.ids[k]),
-                point,
-                positions,
-            ));
+            self.record_balls([a, b], &contact, &outcome, now, arrived_a.position, separation);
         }
         Ok(())
     }
 
-    #[inline]
+    #[inline(never)]
+    fn record_balls(
+        &mut self,
+        [a, b]: [usize; 2],
+        contact: &Contact,
+        outcome: &Outcome,
+        now: Time,
+        position: DVec3,
+        separation: DVec3,
+    ) {
+        let point = position - contact.normal * self.world.radius(a, now);
+        let ids = [self.world.ids[a], self.world.ids[b]];
+        let positions = [position, position - separation];
+        self.record(recorded(contact, outcome, Kind::BallBall, now, ids, point, positions));
+    }
+
+    #[inline(never)]
     fn resolve_ball_and_plane(&mut self, ball: usize, row: usize, now: Time) -> Result<(), CollapseError> {
         let plane = self.world.planes[row];
         let partner = Partner::plane(row as u32);
@@ -223,7 +229,7 @@ impl Simulation {
             return;
         }
         if self.world.has_gravity() {
-            self.ledger.gravity_moment.add(gravity_moment(&self.world, ball, now));
+            self.book_gravity(ball, now);
         }
         let mut position = arrived;
         if self.world.domain.is_periodic() {
@@ -236,6 +242,12 @@ impl Simulation {
         self.world.flights[ball] = Flight::new(position, velocity, now);
         self.world.bodies[ball].last_partner = partner;
         self.world.impacts[ball] = self.world.impacts[ball].wrapping_add(1);
+    }
+
+    /// Books the moment of the ball's weight since its last impact.
+    #[inline(never)]
+    fn book_gravity(&mut self, ball: usize, now: Time) {
+        self.ledger.gravity_moment.add(gravity_moment(&self.world, ball, now));
     }
 
     #[cold]

@@ -37,6 +37,12 @@ impl TurningBody {
         self.rotation = Rotation::new(self.moments, orientation, angular_velocity);
     }
 
+    /// Kinetic energy (J) of rotation right after the last impact.
+    #[inline(never)]
+    pub fn present_rotational_energy(&self) -> f64 {
+        self.rotational_energy(self.orientation, self.angular_velocity)
+    }
+
     /// Kinetic energy (J) of rotation, ½ ω·I ω, of such an orientation and angular velocity (rad/s, world axes).
     pub fn rotational_energy(&self, orientation: DQuat, angular_velocity: DVec3) -> f64 {
         let along_axes = DMat3::from_quat(orientation).transpose() * angular_velocity;
