@@ -66,7 +66,7 @@ pub struct Counts {
     pub grazes: u64,
     /// Passages from cell to cell, or out of the sphere of a list.
     pub crossings: u64,
-    /// Predictions that surfaced after their partner had changed its course.
+    /// Predictions that surfaced after their partner had changed its course, and waits after such that came to their end.
     pub stale: u64,
     /// Times the balls were put into another order in memory, and the cells or lists laid out anew.
     pub layouts: u64,
