@@ -20,7 +20,7 @@ impl Simulation {
     /// What a ball foresaw no longer holds: it searches, or waits as long as it is known to meet nobody it would have to look at.
     pub(super) fn wait_or_predict(&mut self, ball: usize, now: Time) {
         let Upcoming { time, alone, .. } = self.upcoming[ball];
-        // Very large ones are looked after by everybody else.
+        // Very large balls look only at those whom they were told about: whoever waits could be overlooked.
         if alone.spans() < LEAST_WAIT || self.giants.any() {
             return self.predict(ball, now);
         }
@@ -44,8 +44,8 @@ mod tests {
     fn without_waiting(scene: &Scene, count: u64) -> Vec<u64> {
         let mut simulation = Simulation::new(scene.build().expect("a scene").0, true);
         while simulation.counts.impacts() < count {
-            simulation.run(Time::NEVER, 1, 1).expect("a run");
             simulation.upcoming.iter_mut().for_each(|upcoming| upcoming.alone = Alone::UNKNOWN);
+            simulation.run(Time::NEVER, 1, 1).expect("a run");
         }
         simulation.impacts_to_the_bit(0)
     }
