@@ -10,7 +10,7 @@ use crate::world::cells::Face;
 pub struct Upcoming {
     /// When; [`Time::NEVER`] if nothing ever.
     pub time: Time,
-    /// Whom it touches; if it leaves its place before, whom it would touch after.
+    /// Whom it touches; if it leaves its place before, whom it would touch after. Nobody while it waits ([`Alone::OVER`]).
     pub partner: Partner,
     /// The partner's count of impacts when this was foretold: another count, and the prediction is stale.
     pub partner_impacts: u32,
@@ -28,11 +28,11 @@ pub struct Upcoming {
 pub struct Alone(u16);
 
 impl Alone {
-    /// Pure number.
+    /// What is taken off, before rounding down takes off more (pure number).
     pub const LESS: f64 = 1.0 / 256.0;
     /// Nothing is known.
     pub const UNKNOWN: Self = Self(0);
-    /// The time has come up to which nobody was met.
+    /// There is no more to wait after that time: the ball waits until then, and will search.
     pub const OVER: Self = Self(0x8000);
 
     /// At most so many spans.

@@ -246,6 +246,7 @@ impl Queue {
             }
             None => {
                 make_room(&mut self.chunks, 1);
+                // There are fewer than 2^30 balls, each with one entry that holds and one or two that no longer do, seven a chunk.
                 assert!(self.chunks.len() < Fill::NONE.row(), "more entries than can be counted");
                 self.chunks.push(Chunk { marks: [mark; CHUNK], next });
                 self.chunks.len() - 1

@@ -395,7 +395,7 @@ impl Simulation {
         }
     }
 
-    /// Whether a ball's foreseen partner has had an impact since.
+    /// Whether a ball's foreseen partner has had an impact since, or the ball has waited after that for as long as it could.
     #[inline(always)]
     fn is_stale(&self, ball: usize) -> bool {
         let upcoming = &self.upcoming[ball];

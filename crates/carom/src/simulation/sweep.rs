@@ -174,7 +174,9 @@ impl Simulation {
                     .for_each(|&other| prefetch_index(&self.world.flights, other as usize));
             }
             // Whom it meets newly after what it foresees is not told.
-            self.upcoming[ball].alone = if known.alone == Alone::OVER { Alone::OVER } else { Alone::UNKNOWN };
+            if known.alone != Alone::OVER {
+                self.upcoming[ball].alone = Alone::UNKNOWN;
+            }
             newly.ask(before, ball as u32, limit + (self.predictor.same_instant() + 8.0 * f64::EPSILON * limit));
         }
         if fast && self.nearby.leaves_before(&self.world, ball, now, known.time).is_some() {
