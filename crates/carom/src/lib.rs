@@ -25,6 +25,7 @@ pub mod flight;
 mod frugal;
 pub mod ledger;
 pub mod predict;
+mod prefetch;
 pub mod queue;
 pub mod random;
 pub mod record;

@@ -194,16 +194,13 @@ impl First {
 impl Predictor {
     /// For a world in which balls find each other by `nearby`.
     pub fn new(world: &World, nearby: &Nearby, width: Width) -> Self {
-        let largest_radii = world.largest_radii();
-        let [largest, _] = largest_radii;
-        let of_one_size = world.radii.iter().all(|&radius| radius == largest);
         let any_fixed = (0..world.len()).any(|ball| world.is_fixed(ball));
         let falling = world.has_gravity();
         Self {
             width,
             periods: Periods::of(&world.domain),
-            contact_distance: of_one_size.then_some(largest + largest),
-            largest_radii,
+            contact_distance: world.one_radius().map(|radius| radius + radius),
+            largest_radii: world.largest_radii(),
             nearest_image_reach: nearby.nearest_image_reach(),
             straight: world.growth.is_none() && !(falling && any_fixed),
             falling,

@@ -5,9 +5,8 @@
 //! surfaces. Width and length adapt to what the run shows, counted in events, never in time measured; they affect the
 //! cost alone, not the order.
 
-use prefetch_index::prefetch_index;
-
 use crate::frugal::make_room;
+use crate::prefetch::prefetch;
 use crate::time::Time;
 
 /// One future moment of a ball.
@@ -200,13 +199,13 @@ impl Queue {
     #[inline]
     fn delay(&mut self, bucket: i64, mark: Mark) {
         let mask = self.buckets.len() - 1;
-        prefetch_index(&self.buckets, bucket as usize & mask);
+        prefetch(&self.buckets, bucket as usize & mask);
         self.delayed.first = self.delayed.first.min(bucket);
         let came = self.delayed.came;
         self.delayed.came = came.wrapping_add(1);
         let waited = std::mem::replace(&mut self.delayed.entries[came % DELAYED], (bucket, mark));
         let (half_way, _) = self.delayed.entries[came.wrapping_add(DELAYED / 2) % DELAYED];
-        prefetch_index(&self.chunks, self.buckets[half_way as usize & mask].row());
+        prefetch(&self.chunks, self.buckets[half_way as usize & mask].row());
         if waited.0 != i64::MIN {
             self.put_into_ring(waited.0, waited.1);
         }
@@ -302,10 +301,10 @@ impl Queue {
     /// Fetches what [`Queue::ahead`] will read of the bucket one nearer than `ahead`.
     #[inline(always)]
     pub fn prefetch(&self, ahead: usize) {
-        prefetch_index(&self.chunks, self.fill_ahead(ahead).row());
+        prefetch(&self.chunks, self.fill_ahead(ahead).row());
         let nearer = self.fill_ahead(ahead - 1);
         if nearer != Fill::NONE {
-            prefetch_index(&self.chunks, self.chunks[nearer.row()].next.row());
+            prefetch(&self.chunks, self.chunks[nearer.row()].next.row());
         }
     }
 

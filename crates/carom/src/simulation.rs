@@ -13,14 +13,13 @@ mod wait;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 
-use prefetch_index::prefetch_index;
-
 use crate::error::CollapseError;
 use crate::event::{Alone, Rank, Upcoming};
 use crate::ledger::{Balance, Ledger};
 use crate::predict::lanes::{self, Width};
 use crate::predict::turning::patch::Patch;
 use crate::predict::{self, First, Predictor};
+use crate::prefetch::prefetch;
 use crate::queue::{Entry, Mark, Queue};
 use crate::record::{Impact, ImpactTable};
 use crate::time::Time;
@@ -474,7 +473,7 @@ impl Simulation {
             self.giants.note(&self.world, &self.nearby, ball, now, time);
         }
         if let Some(other) = first.partner.as_ball() {
-            prefetch_index(&self.world.impacts, other);
+            prefetch(&self.world.impacts, other);
             if self.uncounted.1 == self.uncounted.0.len() {
                 self.count_partners();
             }

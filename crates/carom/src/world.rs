@@ -340,6 +340,12 @@ impl World {
         })
     }
 
+    /// The radius (m) that all balls have, if they have one.
+    pub fn one_radius(&self) -> Option<f64> {
+        let (&first, others) = self.radii.split_first()?;
+        others.iter().all(|&radius| radius == first).then_some(first)
+    }
+
     /// The least box (m) around all centres at `time`, not wrapped.
     pub fn extent(&self, time: Time) -> (DVec3, DVec3) {
         let positions = || (0..self.len()).map(|ball| self.position(ball, time));

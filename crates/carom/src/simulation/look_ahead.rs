@@ -1,18 +1,34 @@
 //! Fetching into the cache what the next events will need, where there is more than the caches hold.
 //!
-//! The nearer an event, the more of what it leads to is known, and fetched. It is done a little at a time between the steps of
-//! the loop: a processor has room for some twenty lines on their way, and whatever is asked for beyond that waits, or is lost.
-
-use prefetch_index::prefetch_index;
+//! The nearer an event, the more of what it leads to is known, and fetched; all of it before the calendar's bucket that the event
+//! is in comes up. It is done a little at a time between the steps of the loop: a processor has room for so many lines on their way,
+//! and whatever is asked for beyond that waits.
 
 use super::Simulation;
 use crate::event::Upcoming;
+use crate::prefetch::prefetch;
 use crate::queue::Mark;
 use crate::world::nearby::Nearby;
 use crate::world::{Partner, World};
 
-/// Buckets of the calendar, from the present one on, whose events something is fetched for.
-const BUCKETS: usize = 4;
+/// What is fetched for an event, in this order.
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    /// What is noted of the ball whose event it is, and no more.
+    Ball,
+    /// Where those near it are, and what is noted of its partner.
+    Partner,
+    /// Those near; and where those near the partner are, if what it foresees is not this.
+    Near,
+    /// Those near such a partner.
+    NearPartner,
+}
+
+/// The steps in the order in which they are taken while the calendar stands at one bucket, and how many buckets ahead the events are.
+/// Between the two for the next bucket, what the first asked for comes.
+const STEPS: [(Step, usize); 4] = [(Step::Near, 1), (Step::Partner, 2), (Step::Ball, 3), (Step::NearPartner, 1)];
+/// The farthest of these buckets.
+const FARTHEST: usize = 3;
 /// How often between two events something is fetched, about.
 const TIMES_AN_EVENT: usize = 3;
 
@@ -23,8 +39,8 @@ pub(super) struct LookAhead {
     pub wanted: bool,
     /// The bucket of the calendar for which it was planned.
     bucket: i64,
-    /// How many buckets ahead an event is, and whose it is.
-    plan: Vec<(u8, Mark)>,
+    /// What comes next, and for whose event.
+    plan: Vec<(Step, Mark)>,
     done: usize,
     at_once: usize,
 }
@@ -57,11 +73,10 @@ impl Simulation {
         }
         let (queue, LookAhead { bucket, plan, done, at_once, .. }) = (&self.queue, &mut self.look_ahead);
         (*bucket, *done) = (queue.present(), 0);
-        queue.prefetch(BUCKETS + 1);
+        queue.prefetch(FARTHEST + 2);
         plan.clear();
-        plan.extend(queue.at_present().iter().map(|entry| (0, entry.mark)));
-        for ahead in 1..BUCKETS {
-            queue.ahead(ahead, |mark| plan.push((ahead as u8, mark)));
+        for (step, ahead) in STEPS {
+            queue.ahead(ahead, |mark| plan.push((step, mark)));
         }
         *at_once = plan.len().div_ceil(TIMES_AN_EVENT * queue.at_present().len().max(1)).max(1);
     }
@@ -79,53 +94,56 @@ impl Simulation {
         let begin = self.look_ahead.done;
         let end = self.look_ahead.plan.len().min(begin + self.look_ahead.at_once);
         for k in begin..end {
-            let (ahead, mark) = self.look_ahead.plan[k];
-            self.fetch(ahead, mark);
+            let (step, mark) = self.look_ahead.plan[k];
+            self.fetch(step, mark);
         }
         self.look_ahead.done = end;
     }
 
-    /// Fetches what is known to be needed of an event so many buckets ahead.
+    /// Fetches what is known to be needed of an event.
     #[inline(always)]
-    fn fetch(&mut self, ahead: u8, mark: Mark) {
+    fn fetch(&mut self, step: Step, mark: Mark) {
         let (world, upcoming, nearby, room) = (&self.world, &self.upcoming[..], &mut self.nearby, &mut self.room);
         let ball = mark.ball as usize;
-        if usize::from(ahead) == BUCKETS - 1 {
-            // Whose event it is, and no more.
-            prefetch_index(upcoming, ball);
-            prefetch_index(&world.flights, ball);
-            prefetch_index(&world.bodies, ball);
-            prefetch_index(&world.impacts, ball);
-            nearby.prefetch(ball);
-            return;
+        if let Step::Ball = step {
+            return prefetch_ball(world, upcoming, nearby, ball);
         }
         let next = &upcoming[ball];
         if next.stamp != mark.stamp {
             return;
         }
         // The partner's own event is the same impact, unless what the partner foresaw is older.
-        let surprised = |next: &Upcoming| {
-            let other = next.partner.as_ball().filter(|_| next.is_impact());
-            other.filter(|&other| upcoming[other].partner != Partner::ball(mark.ball))
+        let surprised = || {
+            let other = next.partner.as_ball().filter(|_| next.is_impact())?;
+            let theirs = &upcoming[other];
+            let same = theirs.is_impact() && theirs.partner == Partner::ball(mark.ball) && theirs.time == next.time;
+            (!same).then_some(other)
         };
-        match ahead {
-            2 => {
+        match step {
+            Step::Ball => {}
+            Step::Partner => {
                 nearby.prefetch_row(ball, next.leaves);
                 if let Some(other) = next.partner.as_ball() {
-                    prefetch_index(&world.impacts, other);
-                    prefetch_index(upcoming, other);
-                    prefetch_index(&world.flights, other);
-                    prefetch_index(&world.bodies, other);
-                    nearby.prefetch(other);
+                    prefetch_ball(world, upcoming, nearby, other);
                 }
             }
-            1 => {
+            Step::Near => {
                 nearby.prefetch_near(world, ball, next, room);
-                if let Some(other) = surprised(next) {
+                if let Some(other) = surprised() {
                     nearby.prefetch_row(other, None);
                 }
             }
-            _ => nearby.prefetch_last(world, ball, next, surprised(next), room),
+            Step::NearPartner => nearby.prefetch_last(world, ball, next, surprised(), room),
         }
     }
+}
+
+/// Fetches what is noted of a ball.
+#[inline(always)]
+fn prefetch_ball(world: &World, upcoming: &[Upcoming], nearby: &Nearby, ball: usize) {
+    prefetch(upcoming, ball);
+    prefetch(&world.flights, ball);
+    prefetch(&world.bodies, ball);
+    prefetch(&world.impacts, ball);
+    nearby.prefetch(ball);
 }

@@ -1,11 +1,10 @@
 //! Sweeps: every so often all balls that have left their cells are moved, in the order of memory, and meet who is newly near.
 //! It is cheaper by far than an event for each passage from cell to cell; and it changes no impact.
 
-use prefetch_index::prefetch_index;
-
 use super::Simulation;
 use crate::event::Alone;
 use crate::predict::{First, Meeting, Newly};
+use crate::prefetch::prefetch;
 use crate::time::Time;
 use crate::world::cells::sweep::{Strays, Sweep};
 use crate::world::nearby::Nearby;
@@ -169,9 +168,7 @@ impl Simulation {
             }
             let limit = known.time.since(self.world.flights[ball].start());
             if self.look_ahead.wanted {
-                newly.others().rows()[before..]
-                    .iter()
-                    .for_each(|&other| prefetch_index(&self.world.flights, other as usize));
+                newly.others().rows()[before..].iter().for_each(|&other| prefetch(&self.world.flights, other as usize));
             }
             // Whom it meets newly after what it foresees is not told.
             if known.alone != Alone::OVER {
@@ -192,7 +189,7 @@ impl Simulation {
     #[inline(always)]
     fn look_ahead_of_stray(&self, strays: &[u32]) {
         if let Some(&ball) = strays.get(FETCHED_EARLY) {
-            prefetch_index(&self.upcoming, ball as usize);
+            prefetch(&self.upcoming, ball as usize);
         }
         if let (Some(&ball), Nearby::Cells(cells)) = (strays.get(FETCHED_LATE), &self.nearby) {
             cells.prefetch_cells(ball as usize, None);

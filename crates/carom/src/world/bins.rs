@@ -5,12 +5,12 @@
 //! once; what passes, with a margin for that, is looked at again in double precision by whoever asked.
 
 use glam::DVec3;
-use prefetch_index::prefetch_index;
 
 use super::nearby::Gathered;
 use super::{Boundary, Domain};
 use crate::frugal::{filled, make_room};
 use crate::predict::lanes::{Lanes, MOST};
+use crate::prefetch::prefetch;
 use crate::tolerance::BIN_MARGIN;
 
 const SLOTS: usize = MOST;
@@ -154,7 +154,7 @@ impl Bins {
         for z in z - 1..=z + 1 {
             for y in y - 1..=y + 1 {
                 for x in x - 1..=x + 1 {
-                    prefetch_index(&self.bins, grid.bin([x, y, z]));
+                    prefetch(&self.bins, grid.bin([x, y, z]));
                 }
             }
         }

@@ -17,7 +17,6 @@ pub mod sweep;
 use std::cmp::Ordering;
 
 use glam::DVec3;
-use prefetch_index::prefetch_index;
 
 use self::kept::KeptRows;
 use self::level::{Level, base_count, behind, levels_of, neighbours};
@@ -27,6 +26,7 @@ use crate::flight::Flight;
 use crate::frugal::{filled, make_room};
 use crate::predict::crossing;
 use crate::predict::lanes::MOST;
+use crate::prefetch::prefetch;
 use crate::time::Time;
 use crate::tolerance::CELL_MARGIN;
 
@@ -451,7 +451,7 @@ impl Cells {
     /// Fetches into the cache where the ball's place is noted.
     #[inline(always)]
     pub fn prefetch(&self, ball: usize) {
-        prefetch_index(&self.places, ball);
+        prefetch(&self.places, ball);
     }
 
     /// Fetches the cells of the ball's own level that it will look at next: if it goes through `face`, those behind it, the one
@@ -460,16 +460,16 @@ impl Cells {
     pub fn prefetch_cells(&self, ball: usize, face: Option<Face>) {
         let (level, coordinate) = self.next_place(ball, face);
         if face.is_some() {
-            prefetch_index(&self.cells, self.cell_of(ball) as usize);
-            prefetch_index(&self.cells, level.row(coordinate));
+            prefetch(&self.cells, self.cell_of(ball) as usize);
+            prefetch(&self.cells, level.row(coordinate));
         }
         let [(x, columns), (y, rows), (z, planes)] = level.beside(coordinate, face);
         for &z in &z[..planes] {
             for &y in &y[..rows] {
                 let row = level.first + (z + y) as usize;
-                prefetch_index(&self.cells, row + x[0] as usize);
+                prefetch(&self.cells, row + x[0] as usize);
                 // Three cells side by side are in no more than two lines of the cache, unless the row closes on itself there.
-                prefetch_index(&self.cells, row + x[columns - 1] as usize);
+                prefetch(&self.cells, row + x[columns - 1] as usize);
             }
         }
     }
@@ -480,7 +480,7 @@ impl Cells {
         let (level, coordinate) = self.next_place(ball, face);
         room.clear();
         self.gather_beside(level, coordinate, face, room);
-        room.rows().iter().for_each(|&near| prefetch_index(flights, near as usize));
+        room.rows().iter().for_each(|&near| prefetch(flights, near as usize));
     }
 
     /// A ball's level, and its cell there once it has gone through `face`.

@@ -6,7 +6,6 @@
 //! (Donev, Torquato and Stillinger 2005, with one sphere for all.)
 
 use glam::DVec3;
-use prefetch_index::prefetch_index;
 
 use super::bins::Bins;
 use super::nearby::{Gathered, PlaneSet};
@@ -14,6 +13,7 @@ use super::{Boundary, World};
 use crate::frugal::make_room;
 use crate::predict::Periods;
 use crate::predict::lanes::{Lanes, MOST, Width, Work};
+use crate::prefetch::prefetch;
 use crate::time::Time;
 use crate::tolerance::CELL_MARGIN;
 
@@ -83,6 +83,8 @@ pub struct Lists {
     periods: Periods,
     /// How far (m) a ball goes from the centre before it looks around again.
     displacement: f64,
+    /// All balls' (m), where they are of one size: theirs need not come from memory.
+    one_radius: Option<f64>,
     shells: Vec<Shell>,
     /// Places of all lists; what is left of a list's last line holds the ball itself.
     lines: Vec<[u32; LINE]>,
@@ -122,6 +124,7 @@ impl Lists {
             width,
             periods: Periods::of(&world.domain),
             displacement,
+            one_radius: world.one_radius(),
             shells: vec![Shell { centre: DVec3::ZERO, start: 0, fill: Fill::NONE }; world.len()],
             lines: Vec::with_capacity(world.len() + world.len() / 8),
             free: Vec::new(),
@@ -156,7 +159,7 @@ impl Lists {
     /// Fetches where the ball's list is.
     #[inline(always)]
     pub fn prefetch(&self, ball: usize) {
-        prefetch_index(&self.shells, ball);
+        prefetch(&self.shells, ball);
     }
 
     /// Fetches the ball's list.
@@ -165,14 +168,14 @@ impl Lists {
         let shell = &self.shells[ball];
         // They need not begin with a line of the cache.
         for line in 0..=shell.fill.len().div_ceil(LINE) {
-            prefetch_index(&self.lines, shell.start as usize + line);
+            prefetch(&self.lines, shell.start as usize + line);
         }
     }
 
     /// Fetches the flights of those on the ball's list.
     #[inline(always)]
     pub fn prefetch_near(&self, world: &World, ball: usize) {
-        self.row(ball).iter().for_each(|&near| prefetch_index(&world.flights, near as usize));
+        self.row(ball).iter().for_each(|&near| prefetch(&world.flights, near as usize));
     }
 
     /// Fetches what making the ball's list anew at `time` will look through.
@@ -183,7 +186,15 @@ impl Lists {
     }
 
     fn sphere(&self, world: &World, ball: usize) -> f64 {
-        world.radii[ball] + self.displacement * (1.0 + CELL_MARGIN)
+        self.radius(world, ball) + self.displacement * (1.0 + CELL_MARGIN)
+    }
+
+    #[inline(always)]
+    fn radius(&self, world: &World, ball: usize) -> f64 {
+        match self.one_radius {
+            Some(radius) => radius,
+            None => world.radii[ball],
+        }
     }
 
     /// The planes within reach.
@@ -283,7 +294,7 @@ impl Lists {
     #[inline(always)]
     fn look_around<L: Lanes>(&mut self, lanes: L, world: &World, ball: usize, mutual: bool) {
         let centre = self.shells[ball].centre;
-        let (radius, reach) = (world.radii[ball], 2.0 * self.displacement * (1.0 + CELL_MARGIN));
+        let (radius, reach) = (self.radius(world, ball), 2.0 * self.displacement * (1.0 + CELL_MARGIN));
         let fixed = world.is_fixed(ball);
         let (mut found, mut fresh) = (std::mem::take(&mut self.found), std::mem::take(&mut self.fresh));
         found.clear();
@@ -294,11 +305,11 @@ impl Lists {
         // All at once before one after the other.
         for &other in found.rows() {
             self.prefetch(other as usize);
-            prefetch_index(&world.flights, other as usize);
+            prefetch(&world.flights, other as usize);
         }
         for &other in found.rows() {
             let apart = self.periods.nearest(centre - self.shells[other as usize].centre);
-            let within = radius + world.radii[other as usize] + reach;
+            let within = radius + self.radius(world, other as usize) + reach;
             if apart.length_squared() >= within * within || other as usize == ball {
                 continue;
             }

@@ -2,9 +2,9 @@
 
 use super::Cells;
 use crate::predict::lanes::MOST;
+use crate::prefetch::prefetch;
 use crate::world::World;
 use crate::world::nearby::Gathered;
-use prefetch_index::prefetch_index;
 
 /// So many are kept, each in the place that the row of its ball tells: more than there are events soon.
 const KEPT: usize = 64;
@@ -51,7 +51,7 @@ impl Cells {
     pub fn keep_near(&mut self, world: &World, ball: usize, room: &mut Gathered) {
         room.clear();
         self.near(ball, || world.radii[ball], room);
-        room.rows().iter().for_each(|&near| prefetch_index(&world.flights, near as usize));
+        room.rows().iter().for_each(|&near| prefetch(&world.flights, near as usize));
         let row = room.filled_up(ball);
         let kept = &mut self.kept.rows[ball % KEPT];
         // Bodies in prescribed motion are not near each other.
