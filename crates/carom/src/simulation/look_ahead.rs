@@ -5,43 +5,28 @@
 //! and whatever is asked for beyond that waits.
 
 use super::Simulation;
-use crate::event::Upcoming;
 use crate::prefetch::prefetch;
 use crate::queue::Mark;
+use crate::world::World;
 use crate::world::nearby::Nearby;
-use crate::world::{Partner, World};
 
-/// What is fetched for an event, in this order.
-#[derive(Clone, Copy, Debug)]
-enum Step {
-    /// What is noted of the ball whose event it is, and no more.
-    Ball,
-    /// Where those near it are, and what is noted of its partner.
-    Partner,
-    /// Those near; and where those near the partner are, if what it foresees is not this.
-    Near,
-    /// Those near such a partner.
-    NearPartner,
-}
-
-/// The steps in the order in which they are taken while the calendar stands at one bucket, and how many buckets ahead the events are.
-/// Between the two for the next bucket, what the first asked for comes.
-const STEPS: [(Step, usize); 4] = [(Step::Near, 1), (Step::Partner, 2), (Step::Ball, 3), (Step::NearPartner, 1)];
-/// The farthest of these buckets.
+/// So many buckets ahead, an event is first looked at.
 const FARTHEST: usize = 3;
 /// How often between two events something is fetched, about.
 const TIMES_AN_EVENT: usize = 3;
 
-/// What is to be fetched for events of the present bucket of the calendar and the next few.
+/// What is to be fetched for events of the next few buckets of the calendar.
 #[derive(Clone, Debug)]
 pub(super) struct LookAhead {
     /// Whether there are so many balls that what an event needs is not in the cache.
     pub wanted: bool,
     /// The bucket of the calendar for which it was planned.
     bucket: i64,
-    /// What comes next, and for whose event.
-    plan: Vec<(Step, Mark)>,
+    /// Whose events are in the next bucket, in that after it, and so on.
+    ahead: [Vec<Mark>; FARTHEST],
+    /// The first so many of each have been looked at, out of how many at most.
     done: usize,
+    most: usize,
     at_once: usize,
 }
 
@@ -53,7 +38,8 @@ impl LookAhead {
             Nearby::Lists(_) => 20_000,
             Nearby::Cells(_) => 60_000,
         };
-        Self { wanted: world.len() > cached, bucket: -1, plan: Vec::new(), done: 0, at_once: 1 }
+        let ahead = [const { Vec::new() }; FARTHEST];
+        Self { wanted: world.len() > cached, bucket: -1, ahead, done: 0, most: 0, at_once: 1 }
     }
 }
 
@@ -68,82 +54,96 @@ impl Simulation {
 
     #[inline(never)]
     fn plan_for_bucket(&mut self) {
-        while self.look_ahead.done < self.look_ahead.plan.len() {
+        while self.look_ahead.done < self.look_ahead.most {
             self.fetch_some();
         }
-        let (queue, LookAhead { bucket, plan, done, at_once, .. }) = (&self.queue, &mut self.look_ahead);
+        let (queue, LookAhead { bucket, ahead, done, most, at_once, .. }) = (&self.queue, &mut self.look_ahead);
+        // Buckets in which there was nothing are passed over.
+        let passed = usize::try_from(queue.present() - *bucket).map_or(FARTHEST, |passed| passed.min(FARTHEST));
         (*bucket, *done) = (queue.present(), 0);
         queue.prefetch(FARTHEST + 2);
-        plan.clear();
-        for (step, ahead) in STEPS {
-            queue.ahead(ahead, |mark| plan.push((step, mark)));
+        ahead.rotate_left(passed % FARTHEST);
+        for (nearer, marks) in ahead.iter_mut().enumerate().skip(FARTHEST - passed) {
+            marks.clear();
+            queue.ahead(nearer + 1, |mark| marks.push(mark));
         }
-        *at_once = plan.len().div_ceil(TIMES_AN_EVENT * queue.at_present().len().max(1)).max(1);
+        // One more, for what is fetched a little after something else.
+        *most = 1 + ahead.iter().map(Vec::len).max().unwrap_or(0);
+        *at_once = most.div_ceil(TIMES_AN_EVENT * queue.at_present().len().max(1));
     }
 
     /// Fetches a little of what was planned.
     #[inline(always)]
     pub(super) fn fetch_some(&mut self) {
-        if self.look_ahead.done < self.look_ahead.plan.len() {
+        if self.look_ahead.done < self.look_ahead.most {
             self.fetch_next();
         }
     }
 
+    /// The nearer an event, the later the step that is taken for it.
     #[inline(never)]
     fn fetch_next(&mut self) {
-        let begin = self.look_ahead.done;
-        let end = self.look_ahead.plan.len().min(begin + self.look_ahead.at_once);
-        for k in begin..end {
-            let (step, mark) = self.look_ahead.plan[k];
-            self.fetch(step, mark);
+        for _ in 0..self.look_ahead.at_once {
+            let LookAhead { ahead: [next, after, farthest], done, .. } = &mut self.look_ahead;
+            let k = *done;
+            *done += 1;
+            let of = |marks: &[Mark], k: usize| marks.get(k).copied();
+            let steps = (of(farthest, k), of(after, k), of(next, k), of(next, k.wrapping_sub(1)));
+            if let Some(mark) = steps.0 {
+                self.fetch_ball(mark.ball as usize);
+            }
+            if let Some(mark) = steps.1 {
+                self.fetch_partner(mark);
+            }
+            if let Some(mark) = steps.2 {
+                self.fetch_near(mark);
+            }
+            if let Some(mark) = steps.3 {
+                self.fetch_near_partner(mark);
+            }
         }
-        self.look_ahead.done = end;
     }
 
-    /// Fetches what is known to be needed of an event.
+    /// What is noted of a ball.
     #[inline(always)]
-    fn fetch(&mut self, step: Step, mark: Mark) {
-        let (world, upcoming, nearby, room) = (&self.world, &self.upcoming[..], &mut self.nearby, &mut self.room);
-        let ball = mark.ball as usize;
-        if let Step::Ball = step {
-            return prefetch_ball(world, upcoming, nearby, ball);
+    fn fetch_ball(&self, ball: usize) {
+        prefetch(&self.upcoming, ball);
+        prefetch(&self.world.flights, ball);
+        prefetch(&self.world.bodies, ball);
+        prefetch(&self.world.impacts, ball);
+        self.nearby.prefetch(ball);
+    }
+
+    /// Where those near the ball are, and what is noted of its partner. (Of few balls something else comes next by now; to find that
+    /// out is dearer.)
+    #[inline(always)]
+    fn fetch_partner(&self, mark: Mark) {
+        let (ball, next) = (mark.ball as usize, &self.upcoming[mark.ball as usize]);
+        self.nearby.prefetch_row(ball, next.leaves);
+        if let Some(other) = next.partner.as_ball() {
+            self.fetch_ball(other);
         }
-        let next = &upcoming[ball];
+    }
+
+    /// Those near the ball, and where those near its partner are.
+    #[inline(always)]
+    fn fetch_near(&mut self, mark: Mark) {
+        let (ball, next) = (mark.ball as usize, &self.upcoming[mark.ball as usize]);
         if next.stamp != mark.stamp {
             return;
         }
-        // The partner's own event is the same impact, unless what the partner foresaw is older.
-        let surprised = || {
-            let other = next.partner.as_ball().filter(|_| next.is_impact())?;
-            let theirs = &upcoming[other];
-            let same = theirs.is_impact() && theirs.partner == Partner::ball(mark.ball) && theirs.time == next.time;
-            (!same).then_some(other)
-        };
-        match step {
-            Step::Ball => {}
-            Step::Partner => {
-                nearby.prefetch_row(ball, next.leaves);
-                if let Some(other) = next.partner.as_ball() {
-                    prefetch_ball(world, upcoming, nearby, other);
-                }
-            }
-            Step::Near => {
-                nearby.prefetch_near(world, ball, next, room);
-                if let Some(other) = surprised() {
-                    nearby.prefetch_row(other, None);
-                }
-            }
-            Step::NearPartner => nearby.prefetch_last(world, ball, next, surprised(), room),
+        self.nearby.prefetch_near(&self.world, ball, next, &mut self.room);
+        if let Some(other) = next.partner.as_ball() {
+            self.nearby.prefetch_row(other, None);
         }
     }
-}
 
-/// Fetches what is noted of a ball.
-#[inline(always)]
-fn prefetch_ball(world: &World, upcoming: &[Upcoming], nearby: &Nearby, ball: usize) {
-    prefetch(upcoming, ball);
-    prefetch(&world.flights, ball);
-    prefetch(&world.bodies, ball);
-    prefetch(&world.impacts, ball);
-    nearby.prefetch(ball);
+    /// Those near its partner.
+    #[inline(always)]
+    fn fetch_near_partner(&mut self, mark: Mark) {
+        let (ball, next) = (mark.ball as usize, &self.upcoming[mark.ball as usize]);
+        if next.stamp == mark.stamp {
+            self.nearby.prefetch_last(&self.world, ball, next, &mut self.room);
+        }
+    }
 }

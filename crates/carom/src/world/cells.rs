@@ -22,7 +22,6 @@ use self::kept::KeptRows;
 use self::level::{Level, base_count, behind, levels_of, neighbours};
 use super::nearby::{BLOCK, Gathered, PlaneSet};
 use super::{Boundary, Domain, World};
-use crate::flight::Flight;
 use crate::frugal::{filled, make_room};
 use crate::predict::crossing;
 use crate::predict::lanes::MOST;
@@ -105,6 +104,8 @@ pub struct Cells {
     /// One over a cell's width (1/m); 0 along axes that are not crossed.
     inverse: DVec3,
     levels: Vec<Level>,
+    /// Whether all balls are.
+    of_one_size: bool,
     places: Vec<Place>,
     /// The cells of all levels, and further ones of those that are full.
     cells: Vec<Cell>,
@@ -197,6 +198,7 @@ impl Cells {
             reach: DVec3::ZERO,
             inverse: DVec3::ZERO,
             levels,
+            of_one_size: smallest == largest,
             places,
             cells: filled(Cell::EMPTY, cells),
             free: Vec::new(),
@@ -474,13 +476,21 @@ impl Cells {
         }
     }
 
-    /// Fetches `flights` of whoever is in these cells.
+    /// Fetches the flights of whoever is in these cells, and their radii if they differ.
     #[inline(always)]
-    pub fn prefetch_near(&self, ball: usize, face: Option<Face>, flights: &[Flight], room: &mut Gathered) {
+    pub fn prefetch_near(&self, ball: usize, face: Option<Face>, world: &World, room: &mut Gathered) {
         let (level, coordinate) = self.next_place(ball, face);
         room.clear();
         self.gather_beside(level, coordinate, face, room);
-        room.rows().iter().for_each(|&near| prefetch(flights, near as usize));
+        self.prefetch_bodies(world, room.rows());
+    }
+
+    #[inline(always)]
+    fn prefetch_bodies(&self, world: &World, rows: &[u32]) {
+        rows.iter().for_each(|&near| prefetch(&world.flights, near as usize));
+        if !self.of_one_size {
+            rows.iter().for_each(|&near| prefetch(&world.radii, near as usize));
+        }
     }
 
     /// A ball's level, and its cell there once it has gone through `face`.

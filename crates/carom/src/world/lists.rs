@@ -166,16 +166,23 @@ impl Lists {
     #[inline(always)]
     pub fn prefetch_row(&self, ball: usize) {
         let shell = &self.shells[ball];
-        // They need not begin with a line of the cache.
-        for line in 0..=shell.fill.len().div_ceil(LINE) {
-            prefetch(&self.lines, shell.start as usize + line);
-        }
+        // They need not begin with a line of the cache. Few lists are longer.
+        prefetch(&self.lines, shell.start as usize);
+        prefetch(&self.lines, shell.start as usize + 1);
+        prefetch(&self.lines, shell.start as usize + 2);
     }
 
     /// Fetches the flights of those on the ball's list.
     #[inline(always)]
     pub fn prefetch_near(&self, world: &World, ball: usize) {
-        self.row(ball).iter().for_each(|&near| prefetch(&world.flights, near as usize));
+        let Shell { start, fill, .. } = self.shells[ball];
+        // Whole lines, of which most lists have one: so nobody has to guess where it ends.
+        for line in &self.lines[start as usize..][..fill.len().div_ceil(LINE)] {
+            line.iter().for_each(|&near| prefetch(&world.flights, near as usize));
+            if self.one_radius.is_none() {
+                line.iter().for_each(|&near| prefetch(&world.radii, near as usize));
+            }
+        }
     }
 
     /// Fetches what making the ball's list anew at `time` will look through.

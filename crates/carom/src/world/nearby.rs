@@ -70,7 +70,7 @@ impl Nearby {
     pub fn prefetch_near(&mut self, world: &World, ball: usize, next: &Upcoming, room: &mut Gathered) {
         match self {
             Self::Cells(cells) if next.is_impact() && cells.has_one_level() => cells.keep_near(world, ball, room),
-            Self::Cells(cells) => cells.prefetch_near(ball, next.leaves, &world.flights, room),
+            Self::Cells(cells) => cells.prefetch_near(ball, next.leaves, world, room),
             Self::Lists(lists) => {
                 if !next.is_impact() {
                     lists.prefetch_renewal(world, ball, next.time);
@@ -80,32 +80,17 @@ impl Nearby {
         }
     }
 
-    /// Fetches what is known only now to be needed: for a new list, the lists of those on the old one; for an impact, those near
-    /// a partner who is `surprised`.
+    /// Fetches what is known only now to be needed: for a new list, the lists of those on the old one; for an impact, those near the
+    /// partner. (Its own event is mostly another one: a pair is looked after by whoever searched last.)
     #[inline(always)]
-    pub fn prefetch_last(
-        &mut self,
-        world: &World,
-        ball: usize,
-        next: &Upcoming,
-        surprised: Option<usize>,
-        room: &mut Gathered,
-    ) {
-        let lists = match self {
-            Self::Lists(lists) => lists,
-            Self::Cells(cells) => {
-                if let Some(other) = surprised
-                    && cells.has_one_level()
-                {
-                    cells.keep_near(world, other, room);
-                }
-                return;
-            }
-        };
-        if !next.is_impact() {
-            lists.row(ball).iter().for_each(|&near| lists.prefetch_row(near as usize));
-        } else if let Some(other) = surprised {
-            lists.prefetch_near(world, other);
+    pub fn prefetch_last(&mut self, world: &World, ball: usize, next: &Upcoming, room: &mut Gathered) {
+        let partner = next.partner.as_ball().filter(|_| next.is_impact());
+        match (self, partner) {
+            (Self::Cells(cells), Some(other)) if cells.has_one_level() => cells.keep_near(world, other, room),
+            (Self::Cells(_), _) => {}
+            (Self::Lists(lists), Some(other)) => lists.prefetch_near(world, other),
+            (Self::Lists(lists), None) if next.is_impact() => {}
+            (Self::Lists(lists), None) => lists.row(ball).iter().for_each(|&near| lists.prefetch_row(near as usize)),
         }
     }
 

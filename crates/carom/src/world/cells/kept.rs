@@ -2,7 +2,6 @@
 
 use super::Cells;
 use crate::predict::lanes::MOST;
-use crate::prefetch::prefetch;
 use crate::world::World;
 use crate::world::nearby::Gathered;
 
@@ -51,7 +50,7 @@ impl Cells {
     pub fn keep_near(&mut self, world: &World, ball: usize, room: &mut Gathered) {
         room.clear();
         self.near(ball, || world.radii[ball], room);
-        room.rows().iter().for_each(|&near| prefetch(&world.flights, near as usize));
+        self.prefetch_bodies(world, room.rows());
         let row = room.filled_up(ball);
         let kept = &mut self.kept.rows[ball % KEPT];
         // Bodies in prescribed motion are not near each other.
