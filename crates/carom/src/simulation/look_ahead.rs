@@ -35,8 +35,8 @@ impl LookAhead {
     /// cells is dearer than looking at lists.
     pub fn new(world: &World, nearby: &Nearby) -> Self {
         let cached = match nearby {
-            Nearby::Lists(_) => 20_000,
-            Nearby::Cells(_) => 60_000,
+            Nearby::Lists(_) => 13_000,
+            Nearby::Cells(_) => 25_000,
         };
         let ahead = [const { Vec::new() }; FARTHEST];
         Self { wanted: world.len() > cached, bucket: -1, ahead, done: 0, most: 0, at_once: 1 }
