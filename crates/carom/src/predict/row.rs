@@ -177,6 +177,7 @@ impl<L: Lanes> Ask<L> {
             epoch: l.all(start.epoch),
             offset: l.all(start.offset),
             age: l.all(seeker.now.since(start)),
+            // Not read where all are alike: it would have to come from memory.
             distance: l.all(predictor.contact_distance.unwrap_or_else(|| seeker.radius())),
             of_one_size: predictor.contact_distance.is_some(),
         }
