@@ -29,8 +29,6 @@ pub struct Mark {
 }
 
 const CHUNK: usize = 7;
-/// Entries that hold in a bucket, when it comes up.
-const TARGET: f64 = 4.0;
 const FEWEST_BUCKETS: usize = 64;
 const MOST_BUCKETS: usize = 1 << 22;
 /// Widths (s) whose inverses, and products with any number of buckets, are finite. Other widths would cost time, not order.
@@ -72,6 +70,8 @@ struct Chunk {
 /// The calendar.
 #[derive(Clone, Debug)]
 pub struct Queue {
+    /// Entries that hold in a bucket when it comes up, about.
+    target: f64,
     origin: Time,
     width: f64,
     inverse_width: f64,
@@ -113,9 +113,11 @@ impl Delayed {
 }
 
 impl Queue {
-    /// An empty calendar from `origin` on, for about `balls` entries some `interval` seconds ahead.
-    pub fn new(origin: Time, balls: usize, interval: f64) -> Self {
+    /// An empty calendar from `origin` on, for about `balls` entries some `interval` seconds ahead, about `target` of them in a
+    /// bucket.
+    pub fn new(origin: Time, balls: usize, interval: f64, target: f64) -> Self {
         let mut queue = Self {
+            target,
             origin,
             width: 1.0,
             inverse_width: 1.0,
@@ -132,7 +134,7 @@ impl Queue {
         };
         // About so many are in use, half full.
         queue.chunks.reserve_exact(balls / 2);
-        queue.shape(balls, interval * TARGET / balls.max(1) as f64);
+        queue.shape(balls, interval * target / balls.max(1) as f64);
         queue
     }
 
@@ -140,7 +142,7 @@ impl Queue {
         self.width = width.clamp(NARROWEST, WIDEST);
         self.inverse_width = 1.0 / self.width;
         // Long enough for most of what comes to fall into the ring.
-        let buckets = (entries * 4 / TARGET as usize).next_power_of_two().clamp(FEWEST_BUCKETS, MOST_BUCKETS);
+        let buckets = (entries * 4 / self.target as usize).next_power_of_two().clamp(FEWEST_BUCKETS, MOST_BUCKETS);
         self.buckets.clear();
         self.buckets.resize(buckets, Fill::NONE);
         self.buckets_passed = 0;
@@ -402,7 +404,7 @@ impl Queue {
         let occupancy = self.entries_met as f64 / self.buckets_passed as f64;
         self.entries_met = 0;
         self.buckets_passed = 0;
-        if (0.5 * TARGET..=2.0 * TARGET).contains(&occupancy) {
+        if (0.5 * self.target..=2.0 * self.target).contains(&occupancy) {
             return;
         }
         self.undelay();
@@ -419,7 +421,7 @@ impl Queue {
             return;
         };
         // An empty stretch says little about how much wider is right.
-        let factor = (TARGET / occupancy).clamp(0.0625, 16.0);
+        let factor = (self.target / occupancy).clamp(0.0625, 16.0);
         self.origin = earliest.time;
         self.present = 0;
         self.entries_met = 0;
@@ -448,7 +450,7 @@ mod tests {
     fn comes_out_sorted_at_any_scale() {
         let clock = Clock::with_span(1.0);
         for scale in [1e-12, 1e-3, 1.0, 1e6, 1e15] {
-            let mut queue = Queue::new(clock.at(0.0), 100, 1.0);
+            let mut queue = Queue::new(clock.at(0.0), 100, 1.0, 4.0);
             let mut state = 1u64;
             let mut now = clock.at(0.0);
             let mut times: Vec<Time> = (0..200).map(|ball| clock.after(now, scale * f64::from(ball))).collect();

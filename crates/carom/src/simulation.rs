@@ -149,7 +149,7 @@ impl Simulation {
         let mut simulation = Self {
             now,
             predictor: Predictor::new(&world, &nearby, width),
-            queue: Queue::new(now, world.len(), world.clock.span() / 64.0),
+            queue: Queue::new(now, world.len(), world.clock.span() / 64.0, look_ahead::entries_a_bucket(&nearby)),
             upcoming: vec![Upcoming::NOTHING; world.len()],
             width,
             nearby,
@@ -190,7 +190,6 @@ impl Simulation {
             if self.counts.impacts() >= last_impact {
                 return Ok(Stop::Impacts);
             }
-            self.fetch_some();
             let Some(event) = self.take_earliest(until) else {
                 if until.is_reachable() {
                     self.now = self.now.later(until);
@@ -209,7 +208,6 @@ impl Simulation {
                         Some(resolved) => resolved,
                         None => self.resolve(ball, partner, time),
                     };
-                    self.fetch_some();
                     // Even where the law refuses: the contact is still there, and must be found again.
                     match partner.as_ball() {
                         Some(other) => self.predict_both(ball, other, self.now),
@@ -291,7 +289,7 @@ impl Simulation {
         loop {
             let upcoming = &self.upcoming[..];
             let entry = self.queue.earliest(|mark| time_of(upcoming, mark));
-            self.plan_fetches();
+            self.fetch_ahead();
             let in_instant = !self.instant.is_empty();
             let limit = if in_instant { self.instant_end } else { until };
             let entry = entry.filter(|entry| !limit.before(entry.time));
@@ -449,9 +447,7 @@ impl Simulation {
             return self.predict(other, now);
         }
         let firsts = self.predictor.first_impacts(&self.world, &self.nearby, [ball, other], now, &mut self.room);
-        self.fetch_some();
         self.schedule(ball, firsts[0], now);
-        self.fetch_some();
         self.schedule(other, firsts[1], now);
     }
 

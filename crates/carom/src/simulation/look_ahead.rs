@@ -1,8 +1,7 @@
 //! Fetching into the cache what the next events will need, where there is more than the caches hold.
 //!
-//! The nearer an event, the more of what it leads to is known, and fetched; all of it before the calendar's bucket that the event
-//! is in comes up. It is done a little at a time between the steps of the loop: a processor has room for so many lines on their way,
-//! and whatever is asked for beyond that waits.
+//! The nearer an event, the more of what it leads to is known, and fetched; almost all of it before the calendar's bucket that the
+//! event is in comes up. It is done for a whole bucket at once when the calendar turns: so the lines are on their way side by side.
 
 use super::Simulation;
 use crate::prefetch::prefetch;
@@ -12,96 +11,94 @@ use crate::world::nearby::Nearby;
 
 /// So many buckets ahead, an event is first looked at.
 const FARTHEST: usize = 3;
-/// How often between two events something is fetched, about.
-const TIMES_AN_EVENT: usize = 3;
+
+/// How much does not fit the processor's caches, with all that is known of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Depth {
+    /// Nothing.
+    Nothing,
+    /// Some: what is noted of balls and partners is fetched, mostly from one cache into a nearer one.
+    Noted,
+    /// Most: those near them, too. To find them out is dearer.
+    Near,
+}
 
 /// What is to be fetched for events of the next few buckets of the calendar.
 #[derive(Clone, Debug)]
 pub(super) struct LookAhead {
-    /// Whether there are so many balls that what an event needs is not in the cache.
-    pub wanted: bool,
-    /// The bucket of the calendar for which it was planned.
+    pub depth: Depth,
+    /// The bucket of the calendar in which something was last fetched.
     bucket: i64,
-    /// Whose events are in the next bucket, in that after it, and so on.
+    /// Whose events are in the next bucket, in that after it, and so on; of [`Depth::Near`].
     ahead: [Vec<Mark>; FARTHEST],
-    /// The first so many of each have been looked at, out of how many at most.
-    done: usize,
-    most: usize,
-    at_once: usize,
 }
 
 impl LookAhead {
-    /// Nothing planned. Fewer balls, with all that is known of them, are near enough in the processor's caches; and looking into
-    /// cells is dearer than looking at lists.
+    /// Nothing fetched. Looking into cells is dearer than looking at lists.
     pub fn new(world: &World, nearby: &Nearby) -> Self {
-        let cached = match nearby {
-            Nearby::Lists(_) => 13_000,
+        const CACHED: usize = 3_000;
+        let almost_cached = match nearby {
+            Nearby::Lists(_) => 18_000,
             Nearby::Cells(_) => 25_000,
         };
-        let ahead = [const { Vec::new() }; FARTHEST];
-        Self { wanted: world.len() > cached, bucket: -1, ahead, done: 0, most: 0, at_once: 1 }
+        let depth = match world.len() {
+            ..=CACHED => Depth::Nothing,
+            len if len <= almost_cached => Depth::Noted,
+            _ => Depth::Near,
+        };
+        Self { depth, bucket: -1, ahead: [const { Vec::new() }; FARTHEST] }
+    }
+}
+
+/// How many events are best in a bucket of the calendar. What rows from cells need takes longer to fetch than what lists need, so
+/// their buckets are longer.
+pub(super) fn entries_a_bucket(nearby: &Nearby) -> f64 {
+    match nearby {
+        Nearby::Lists(_) => 4.0,
+        Nearby::Cells(_) => 8.0,
     }
 }
 
 impl Simulation {
-    /// Plans anew when the calendar has turned.
+    /// Fetches for the next events when the calendar has turned.
     #[inline(always)]
-    pub(super) fn plan_fetches(&mut self) {
-        if self.look_ahead.wanted && self.queue.present() != self.look_ahead.bucket {
-            self.plan_for_bucket();
+    pub(super) fn fetch_ahead(&mut self) {
+        if self.look_ahead.depth != Depth::Nothing && self.queue.present() != self.look_ahead.bucket {
+            match self.look_ahead.depth {
+                Depth::Near => self.fetch_near_buckets(),
+                _ => self.fetch_noted(),
+            }
+            self.look_ahead.bucket = self.queue.present();
         }
     }
 
     #[inline(never)]
-    fn plan_for_bucket(&mut self) {
-        while self.look_ahead.done < self.look_ahead.most {
-            self.fetch_some();
+    fn fetch_noted(&mut self) {
+        self.queue.prefetch(2);
+        self.queue.ahead(1, |mark| self.fetch_ball(mark.ball as usize));
+        for entry in self.queue.at_present() {
+            self.fetch_partner(entry.mark);
         }
-        let (queue, LookAhead { bucket, ahead, done, most, at_once, .. }) = (&self.queue, &mut self.look_ahead);
+    }
+
+    #[inline(never)]
+    fn fetch_near_buckets(&mut self) {
+        self.queue.prefetch(FARTHEST + 2);
         // Buckets in which there was nothing are passed over.
-        let passed = usize::try_from(queue.present() - *bucket).map_or(FARTHEST, |passed| passed.min(FARTHEST));
-        (*bucket, *done) = (queue.present(), 0);
-        queue.prefetch(FARTHEST + 2);
+        let passed = self.queue.present() - self.look_ahead.bucket;
+        let passed = usize::try_from(passed).map_or(FARTHEST, |passed| passed.min(FARTHEST));
+        let mut ahead = std::mem::take(&mut self.look_ahead.ahead);
         ahead.rotate_left(passed % FARTHEST);
         for (nearer, marks) in ahead.iter_mut().enumerate().skip(FARTHEST - passed) {
             marks.clear();
-            queue.ahead(nearer + 1, |mark| marks.push(mark));
+            self.queue.ahead(nearer + 1, |mark| marks.push(mark));
         }
-        // One more, for what is fetched a little after something else.
-        *most = 1 + ahead.iter().map(Vec::len).max().unwrap_or(0);
-        *at_once = most.div_ceil(TIMES_AN_EVENT * queue.at_present().len().max(1));
-    }
-
-    /// Fetches a little of what was planned.
-    #[inline(always)]
-    pub(super) fn fetch_some(&mut self) {
-        if self.look_ahead.done < self.look_ahead.most {
-            self.fetch_next();
-        }
-    }
-
-    /// The nearer an event, the later the step that is taken for it.
-    #[inline(never)]
-    fn fetch_next(&mut self) {
-        for _ in 0..self.look_ahead.at_once {
-            let LookAhead { ahead: [next, after, farthest], done, .. } = &mut self.look_ahead;
-            let k = *done;
-            *done += 1;
-            let of = |marks: &[Mark], k: usize| marks.get(k).copied();
-            let steps = (of(farthest, k), of(after, k), of(next, k), of(next, k.wrapping_sub(1)));
-            if let Some(mark) = steps.0 {
-                self.fetch_ball(mark.ball as usize);
-            }
-            if let Some(mark) = steps.1 {
-                self.fetch_partner(mark);
-            }
-            if let Some(mark) = steps.2 {
-                self.fetch_near(mark);
-            }
-            if let Some(mark) = steps.3 {
-                self.fetch_near_partner(mark);
-            }
-        }
+        let [next, after, farthest] = &ahead;
+        farthest.iter().for_each(|mark| self.fetch_ball(mark.ball as usize));
+        after.iter().for_each(|&mark| self.fetch_partner(mark));
+        next.iter().for_each(|&mark| self.fetch_near(mark));
+        next.iter().for_each(|&mark| self.fetch_near_partner(mark));
+        self.look_ahead.ahead = ahead;
     }
 
     /// What is noted of a ball.

@@ -2,6 +2,7 @@
 //! It is cheaper by far than an event for each passage from cell to cell; and it changes no impact.
 
 use super::Simulation;
+use super::look_ahead::Depth;
 use crate::event::Alone;
 use crate::predict::{First, Meeting, Newly};
 use crate::prefetch::prefetch;
@@ -123,7 +124,7 @@ impl Simulation {
             let balls = first..len.min(first + BLOCK);
             self.width.run(Strays { cells, world: &self.world, sweep: &sweep, balls, found: &mut strays });
             for (k, &ball) in strays.iter().enumerate() {
-                if self.look_ahead.wanted {
+                if self.look_ahead.depth == Depth::Near {
                     self.look_ahead_of_stray(&strays[k..]);
                 }
                 self.bring_home(ball as usize, &sweep, &mut newly);
@@ -167,7 +168,7 @@ impl Simulation {
                 return;
             }
             let limit = known.time.since(self.world.flights[ball].start());
-            if self.look_ahead.wanted {
+            if self.look_ahead.depth == Depth::Near {
                 newly.others().rows()[before..].iter().for_each(|&other| prefetch(&self.world.flights, other as usize));
             }
             // Whom it meets newly after what it foresees is not told.
@@ -379,9 +380,11 @@ pub(super) mod tests {
         for (spacing, spread) in [(1.9, 1.0), (1.3, 1.0), (1.05, 1.0), (1.7, 1.3)] {
             let scene = scene(Boundary::Periodic, spacing, spread, false, 9);
             let expected = start(&scene).impacts_to_the_bit(20_000);
-            let mut ahead = start(&scene);
-            ahead.look_ahead.wanted = true;
-            assert!(ahead.impacts_to_the_bit(20_000) == expected, "{spacing} {spread}");
+            for depth in [Depth::Noted, Depth::Near] {
+                let mut ahead = start(&scene);
+                ahead.look_ahead.depth = depth;
+                assert!(ahead.impacts_to_the_bit(20_000) == expected, "{spacing} {spread} {depth:?}");
+            }
         }
     }
 
