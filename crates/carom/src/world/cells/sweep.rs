@@ -174,8 +174,8 @@ impl Work for Strays<'_> {
         let Self { cells, world, sweep, balls, found } = self;
         found.clear();
         let half = 0.5 * sweep.interval;
-        let middle = world.clock.after(sweep.now, half);
-        let (epoch, offset) = (l.all(middle.epoch), l.all(middle.offset));
+        let end = world.clock.after(sweep.now, sweep.interval);
+        let (epoch, offset) = (l.all(end.epoch), l.all(end.offset));
         let axes = [
             Stray::new(l, cells, world, half, 0),
             Stray::new(l, cells, world, half, 1),
@@ -209,22 +209,21 @@ struct Stray<L: Lanes> {
     crossed: bool,
     origin: L::Numbers,
     inverse: L::Numbers,
-    /// Half the time between two sweeps (s).
-    half: L::Numbers,
-    /// How far (m) a ball may fly in that, but for its fall.
-    slack: L::Numbers,
+    low: L::Numbers,
+    high: L::Numbers,
 }
 
 impl<L: Lanes> Stray<L> {
     #[inline(always)]
     fn new(l: L, cells: &Cells, world: &World, half: f64, axis: usize) -> Self {
+        let slack = (cells.slack - world.gravity[axis].abs() * (0.5 * half * half)) * cells.inverse[axis];
         Self {
             axis,
             crossed: cells.crossed[axis],
             origin: l.all(cells.origin[axis]),
             inverse: l.all(cells.inverse[axis]),
-            half: l.all(half),
-            slack: l.all(cells.slack - world.gravity[axis].abs() * (0.5 * half * half)),
+            low: l.all(-slack),
+            high: l.all(1.0 + slack),
         }
     }
 
@@ -237,9 +236,9 @@ impl<L: Lanes> Stray<L> {
         cells: &Cells,
         world: &World,
         rows: &[u32],
-        [mut position, mut velocity, seconds]: [L::Numbers; 3],
+        [mut position, velocity, seconds]: [L::Numbers; 3],
     ) -> L::Mask {
-        let (axis, zero, one) = (self.axis, l.all(0.0), l.all(1.0 - 0.5 * f64::EPSILON));
+        let (axis, zero) = (self.axis, l.all(0.0));
         if !self.crossed {
             return l.below(zero, zero);
         }
@@ -251,15 +250,12 @@ impl<L: Lanes> Stray<L> {
             }
             let fall = l.mul(l.gather(&falls, &IN_ORDER), seconds);
             position = l.add(position, l.mul(l.all(0.5), l.mul(fall, seconds)));
-            velocity = l.add(velocity, fall);
         }
         let mut coordinates = [0.0; MOST];
         for (coordinate, &row) in coordinates.iter_mut().zip(rows) {
             *coordinate = f64::from(cells.places[row as usize].coordinate[axis]);
         }
         let out = l.sub(l.mul(l.sub(position, self.origin), self.inverse), l.gather(&coordinates, &IN_ORDER));
-        let speed = l.max(velocity, l.sub(zero, velocity));
-        let is_fast = l.below(self.slack, l.mul(speed, self.half));
-        l.either(is_fast, l.either(l.below(out, zero), l.below(one, out)))
+        l.either(l.below(out, self.low), l.below(self.high, out))
     }
 }
