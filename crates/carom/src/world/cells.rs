@@ -558,10 +558,15 @@ impl Cells {
         let beside = |axis: usize| &level.beside[axis][coordinate[axis] as usize];
         match face {
             None => self.gather_block(first, [beside(0), beside(1), beside(2)], found),
-            Some(Face { axis, upward }) => {
-                // Whatever the axis, without a branch: they are told apart by the strides in the tables.
-                let [axis, next, last] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]][usize::from(axis) % 3];
-                self.gather_block(first, [behind(beside(axis), upward), beside(next), beside(last)], found);
+            // Cells that are side by side along the first axis are side by side in memory.
+            Some(Face { axis: 0, upward }) => {
+                self.gather_block(first, [behind(beside(0), upward), beside(1), beside(2)], found);
+            }
+            Some(Face { axis: 1, upward }) => {
+                self.gather_block(first, [beside(0), behind(beside(1), upward), beside(2)], found);
+            }
+            Some(Face { upward, .. }) => {
+                self.gather_block(first, [beside(0), beside(1), behind(beside(2), upward)], found);
             }
         }
     }

@@ -128,7 +128,12 @@ impl Cells {
         let position = flight.position_after(if fast { seconds - half } else { seconds }, acceleration);
         let coordinate = DVec3::from_array(self.places[ball].coordinate.map(f64::from));
         // Told once: at a face, where rounding could tell both ways in turn, it may be on either side.
-        let mut steps = round((position - self.origin) * self.inverse - coordinate - 0.5);
+        let steps = round((position - self.origin) * self.inverse - coordinate - 0.5);
+        // Only along axes on which it would get too far out: on others it may turn round.
+        let end = flight.position_after(sweep.now.since(flight.start()) + sweep.interval, acceleration);
+        let out = (end - self.origin) * self.inverse - coordinate - 0.5;
+        let within = self.reach * self.inverse - acceleration.abs() * (0.5 * half * half) * self.inverse;
+        let mut steps = DVec3::select(out.abs().cmplt(within), DVec3::ZERO, steps);
         let mut passed = 0;
         loop {
             let faces = steps.cmplt(DVec3::ZERO).bitmask() | steps.cmpgt(DVec3::ZERO).bitmask() << 3;
