@@ -374,6 +374,43 @@ pub(super) mod tests {
         }
     }
 
+    /// Nobody is farther out of its cell than it may be, at any impact, though many are outside; also where they fall.
+    #[test]
+    fn nobody_is_too_far_out() {
+        for (boundary, gravity, seed) in
+            [(Boundary::Periodic, 0.0, 1), (Boundary::Walls, 3.0, 2), (Boundary::Walls, 30.0, 3)]
+        {
+            let mut scene = scene(boundary, 2.2, 1.0, false, seed);
+            scene.gravity = DVec3::new(0.1, 0.0, -1.0) * gravity;
+            let mut simulation = start(&scene);
+            let (mut outside, mut sweeps) = (0, 0);
+            for _ in 0..5_000 {
+                let sweep = simulation.sweeps.next;
+                // Only impacts bring the time on: bookkeeping looks ahead of it.
+                assert_eq!(simulation.run(Time::NEVER, 1, u64::MAX), Ok(super::super::Stop::Impacts));
+                sweeps += u32::from(simulation.sweeps.next != sweep);
+                let (Nearby::Cells(cells), now) = (&simulation.nearby, simulation.now) else {
+                    panic!("cells were expected")
+                };
+                for (ball, upcoming) in simulation.upcoming.iter().enumerate() {
+                    let position = simulation.world.position(ball, now);
+                    // Its own event of this instant may be yet to come.
+                    if !now.before(upcoming.time) {
+                        continue;
+                    }
+                    for axis in 0..3 {
+                        let Some((low, high)) = cells.bounds(ball, axis) else { continue };
+                        let out = (low - position[axis]).max(position[axis] - high);
+                        // Of a place some ten units from the origin, rounding leaves 1e-15 each time.
+                        assert!(out < 1e-13, "{boundary:?} {gravity}: ball {ball} is {out} m too far out");
+                        outside += u32::from(out > -cells.slack());
+                    }
+                }
+            }
+            assert!(outside > 10_000 && sweeps > 30, "{outside} {sweeps}");
+        }
+    }
+
     /// Also what is fetched and kept ahead; it is done for many balls only.
     #[test]
     fn looking_ahead_changes_no_bit() {

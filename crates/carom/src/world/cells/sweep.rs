@@ -2,7 +2,8 @@
 //! little way outside: cells are so much wider than balls that nobody is overlooked.
 //!
 //! Two balls whose cells, on the level of the larger, are not side by side are farther apart than such a cell's width less twice
-//! that little way. Whoever would get farther out before the next sweep has an event of its own.
+//! that little way. Whoever would get farther out before the next sweep is moved, and nobody else: many a ball that is a little
+//! outside turns round before. Whoever is too fast for that has an event of its own.
 
 use std::ops::Range;
 
@@ -115,9 +116,16 @@ impl Cells {
         farthest.cmplt(reach).all()
     }
 
-    /// Moves a ball into the cell where it will be half-way to the next sweep, or is now if it is so fast that it could get too
-    /// far out of that before; adds whoever is newly near to `found`, if the ball lives on the finest level. Gives how many faces
-    /// it passed, and whether it is so fast.
+    /// How much (m) less far outside a ball has to be at the next sweep, along each axis, to be told never to have been too far out
+    /// until then: what falls and is no farther out now, and by so much less then, has been flying inward all the way.
+    #[inline(always)]
+    fn margin_of_fall(acceleration: DVec3, interval: f64) -> DVec3 {
+        acceleration.abs() * (0.5 * interval * interval)
+    }
+
+    /// Moves a ball that would get too far out before the next sweep into the cell where it will be half-way to that, or is now if
+    /// it is so fast that it could get too far out of that before; adds whoever is newly near to `found`, if the ball lives on the
+    /// finest level. Gives how many faces it passed, and whether it is so fast.
     #[inline(always)]
     pub fn bring_home(&mut self, world: &World, ball: usize, sweep: &Sweep, found: &mut Gathered) -> (u32, bool) {
         let half = 0.5 * sweep.interval;
@@ -129,10 +137,10 @@ impl Cells {
         let coordinate = DVec3::from_array(self.places[ball].coordinate.map(f64::from));
         // Told once: at a face, where rounding could tell both ways in turn, it may be on either side.
         let steps = round((position - self.origin) * self.inverse - coordinate - 0.5);
-        // Only along axes on which it would get too far out: on others it may turn round.
+        // Only along axes on which it would get too far out.
         let end = flight.position_after(sweep.now.since(flight.start()) + sweep.interval, acceleration);
         let out = (end - self.origin) * self.inverse - coordinate - 0.5;
-        let within = self.reach * self.inverse - acceleration.abs() * (0.5 * half * half) * self.inverse;
+        let within = (self.reach - Self::margin_of_fall(acceleration, sweep.interval)) * self.inverse;
         let mut steps = DVec3::select(out.abs().cmplt(within), DVec3::ZERO, steps);
         let mut passed = 0;
         loop {
@@ -156,8 +164,7 @@ impl Cells {
     }
 }
 
-/// Finds the balls that half-way to the next sweep will be in other cells than they are counted in, or that are so fast that
-/// they could get too far out before it.
+/// Finds the balls that could get too far out of their cells before the next sweep.
 pub struct Strays<'a> {
     /// The cells.
     pub cells: &'a Cells,
@@ -178,13 +185,12 @@ impl Work for Strays<'_> {
     fn run<L: Lanes>(self, l: L) {
         let Self { cells, world, sweep, balls, found } = self;
         found.clear();
-        let half = 0.5 * sweep.interval;
         let end = world.clock.after(sweep.now, sweep.interval);
         let (epoch, offset) = (l.all(end.epoch), l.all(end.offset));
         let axes = [
-            Stray::new(l, cells, world, half, 0),
-            Stray::new(l, cells, world, half, 1),
-            Stray::new(l, cells, world, half, 2),
+            Stray::new(l, cells, world, sweep.interval, 0),
+            Stray::new(l, cells, world, sweep.interval, 1),
+            Stray::new(l, cells, world, sweep.interval, 2),
         ];
         let last = world.len() - 1;
         for first in balls.clone().step_by(L::COUNT) {
@@ -214,14 +220,15 @@ struct Stray<L: Lanes> {
     crossed: bool,
     origin: L::Numbers,
     inverse: L::Numbers,
+    /// Between which places in a cell a ball may be at the next sweep, in cells' widths.
     low: L::Numbers,
     high: L::Numbers,
 }
 
 impl<L: Lanes> Stray<L> {
     #[inline(always)]
-    fn new(l: L, cells: &Cells, world: &World, half: f64, axis: usize) -> Self {
-        let slack = (cells.slack - world.gravity[axis].abs() * (0.5 * half * half)) * cells.inverse[axis];
+    fn new(l: L, cells: &Cells, world: &World, interval: f64, axis: usize) -> Self {
+        let slack = (cells.slack - Cells::margin_of_fall(world.gravity, interval)[axis]) * cells.inverse[axis];
         Self {
             axis,
             crossed: cells.crossed[axis],
@@ -232,8 +239,8 @@ impl<L: Lanes> Stray<L> {
         }
     }
 
-    /// Whether balls at `position` (m) and `velocity` (m/s) at their start, so many `seconds` before the middle between this sweep
-    /// and the next, will then be in other cells than they are counted in, or are too fast.
+    /// Whether balls at `position` (m) and `velocity` (m/s) at their start, so many `seconds` before the next sweep, could get too far
+    /// out before that.
     #[inline(always)]
     fn is_out(
         &self,
@@ -262,5 +269,34 @@ impl<L: Lanes> Stray<L> {
         }
         let out = l.sub(l.mul(l.sub(position, self.origin), self.inverse), l.gather(&coordinates, &IN_ORDER));
         l.either(l.below(out, self.low), l.below(self.high, out))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    /// Whoever falls, is not too far out, and is not by the margin later, was not in between.
+    #[test]
+    fn what_falls_is_told_never_to_have_been_too_far_out_only_if_it_was_not() {
+        let mut random = Random::new(11, 4);
+        let mut told = 0;
+        for _ in 0..1_000_000 {
+            let reach = 1.0;
+            let interval = 0.5 + random.uniform();
+            let (gravity, start) = (2.0 * random.uniform(), 2.0 * random.uniform() - 1.0);
+            // Most turn round.
+            let velocity = gravity * interval * (1.2 * random.uniform() - 0.1);
+            let after = |seconds: f64| start + velocity * seconds - 0.5 * gravity * seconds * seconds;
+            let margin = Cells::margin_of_fall(DVec3::new(0.0, 0.0, -gravity), interval).z;
+            if after(interval).abs() < reach - margin {
+                let highest = after((velocity / gravity).clamp(0.0, interval));
+                // Three roundings of numbers of order one.
+                assert!(highest <= reach + 1e-15, "{start} {velocity} {gravity} {interval}");
+                told += 1;
+            }
+        }
+        assert!(told > 100_000, "{told}");
     }
 }
