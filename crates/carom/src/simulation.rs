@@ -102,7 +102,7 @@ pub struct Simulation {
     ledger: Ledger,
     counts: Counts,
     crossings_at_layout: u64,
-    /// When all balls that have left their cells are moved.
+    /// When all balls that are leaving their cells are moved.
     sweeps: Sweeps,
     recorded: Option<ImpactTable>,
     /// Balls so large that thousands are near.

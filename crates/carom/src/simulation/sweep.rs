@@ -1,4 +1,4 @@
-//! Sweeps: every so often all balls that have left their cells are moved, in the order of memory, and meet who is newly near.
+//! Sweeps: every so often all balls that are leaving their cells are moved, in the order of memory, and meet who is newly near.
 //! It is cheaper by far than an event for each passage from cell to cell; and it changes no impact.
 
 use super::Simulation;
@@ -100,7 +100,7 @@ impl Simulation {
         !time.before(self.sweeps.next) && self.sweeps.next.is_reachable()
     }
 
-    /// Moves all balls that have left their cells; foretells anew what for them comes sooner now.
+    /// Moves all balls that would get too far out of their cells before the next sweep; foretells anew what for them comes sooner now.
     #[inline(never)]
     pub(super) fn sweep(&mut self) {
         let now = self.sweeps.next;

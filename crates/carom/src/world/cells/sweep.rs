@@ -1,4 +1,4 @@
-//! Balls that have left their cells are moved all at once, every so often, in the order of memory. Until then they may be a
+//! Balls that leave their cells are moved all at once, every so often, in the order of memory. Until then they may be a
 //! little way outside: cells are so much wider than balls that nobody is overlooked.
 //!
 //! Two balls whose cells, on the level of the larger, are not side by side are farther apart than such a cell's width less twice
@@ -116,8 +116,9 @@ impl Cells {
         farthest.cmplt(reach).all()
     }
 
-    /// How much (m) less far outside a ball has to be at the next sweep, along each axis, to be told never to have been too far out
-    /// until then: what falls and is no farther out now, and by so much less then, has been flying inward all the way.
+    /// How much (m) less far outside than it may be a ball has to be at the next sweep, along each axis, to be told never to have been
+    /// too far out until then: g T² / 2. Whoever is d within the limit now, and g T² / 2 within it after T, set out against its fall at
+    /// d / T at most, so never gets beyond it; on the side that it falls to, it is farthest out at either end.
     #[inline(always)]
     fn margin_of_fall(acceleration: DVec3, interval: f64) -> DVec3 {
         acceleration.abs() * (0.5 * interval * interval)
@@ -130,18 +131,21 @@ impl Cells {
     pub fn bring_home(&mut self, world: &World, ball: usize, sweep: &Sweep, found: &mut Gathered) -> (u32, bool) {
         let half = 0.5 * sweep.interval;
         let (flight, acceleration) = (&world.flights[ball], world.acceleration(ball));
-        let seconds = sweep.now.since(flight.start()) + half;
-        let way = flight.velocity_after(seconds, acceleration).abs() * half + acceleration.abs() * (0.5 * half * half);
+        let now = sweep.now.since(flight.start());
+        let velocity = flight.velocity_after(now + half, acceleration);
+        let way = velocity.abs() * half + acceleration.abs() * (0.5 * half * half);
         let fast = !(way * self.inverse).cmple(self.slack * self.inverse).all();
-        let position = flight.position_after(if fast { seconds - half } else { seconds }, acceleration);
         let coordinate = DVec3::from_array(self.places[ball].coordinate.map(f64::from));
+        // In widths of a cell.
+        let from_middle = |seconds: f64| {
+            (flight.position_after(seconds, acceleration) - self.origin) * self.inverse - coordinate - 0.5
+        };
         // Told once: at a face, where rounding could tell both ways in turn, it may be on either side.
-        let steps = round((position - self.origin) * self.inverse - coordinate - 0.5);
+        let steps = round(from_middle(if fast { now } else { now + half }));
         // Only along axes on which it would get too far out.
-        let end = flight.position_after(sweep.now.since(flight.start()) + sweep.interval, acceleration);
-        let out = (end - self.origin) * self.inverse - coordinate - 0.5;
         let within = (self.reach - Self::margin_of_fall(acceleration, sweep.interval)) * self.inverse;
-        let mut steps = DVec3::select(out.abs().cmplt(within), DVec3::ZERO, steps);
+        let stays = from_middle(now + sweep.interval).abs().cmplt(within);
+        let mut steps = DVec3::select(stays, DVec3::ZERO, steps);
         let mut passed = 0;
         loop {
             let faces = steps.cmplt(DVec3::ZERO).bitmask() | steps.cmpgt(DVec3::ZERO).bitmask() << 3;
