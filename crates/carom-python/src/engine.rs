@@ -176,7 +176,7 @@ impl Engine {
 
 /// Bodies, planes and meshes of the scene by id; walls of the domain are no bodies.
 fn rows(world: &World) -> Vec<Row> {
-    let balls = (0..world.len()).map(|rank| (world.ids[world.row(rank)], Row::Ball(rank)));
+    let balls = (0..world.len()).map(|rank| (world.ids.of_rank(rank), Row::Ball(rank)));
     let planes = world.planes.iter().enumerate().map(|(row, plane)| (plane.id, Row::Fixed(Fixed::Plane(row))));
     let meshes = world.meshes.iter().enumerate().map(|(row, mesh)| (mesh.id, Row::Fixed(Fixed::Mesh(row))));
     let mut rows: Vec<(i64, Row)> = balls.chain(planes.filter(|(id, _)| *id >= 0)).chain(meshes).collect();
@@ -213,7 +213,7 @@ impl Engine {
         let world = self.world();
         self.column(
             py,
-            |ball| world.ids[ball],
+            |ball| world.id(ball),
             |fixed| match fixed {
                 Fixed::Plane(row) => world.planes[row].id,
                 Fixed::Mesh(row) => world.meshes[row].id,

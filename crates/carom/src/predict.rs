@@ -199,7 +199,7 @@ impl Predictor {
         Self {
             width,
             periods: Periods::of(&world.domain),
-            contact_distance: world.one_radius().map(|radius| radius + radius),
+            contact_distance: world.radii.one().map(|radius| radius + radius),
             largest_radii: world.largest_radii(),
             nearest_image_reach: nearby.nearest_image_reach(),
             straight: world.growth.is_none() && !(falling && any_fixed),
@@ -465,9 +465,9 @@ fn for_planes(world: &World, planes: PlaneSet, ball: usize, mut visit: impl FnMu
 
 /// The rank of the impact of `ball` with `partner` among those of one instant.
 pub fn rank(world: &World, ball: usize, partner: Partner) -> Rank {
-    let id = world.ids[ball];
+    let id = world.id(ball);
     let (pair, other) = match (partner.as_ball(), partner.as_plane()) {
-        (Some(other), _) => (PairKind::BallBall, world.ids[other]),
+        (Some(other), _) => (PairKind::BallBall, world.id(other)),
         (None, Some(row)) => (PairKind::BallPlane, world.planes[row].id),
         (None, None) => match partner.as_mesh() {
             Some(row) => (PairKind::Turning, world.meshes[row].id),

@@ -132,8 +132,8 @@ impl Queue {
             buckets_passed: 0,
             entries_met: 0,
         };
-        // About so many are in use, half full.
-        queue.chunks.reserve_exact(balls / 2);
+        // About so many are in use, where there are many.
+        queue.chunks.reserve_exact(balls / 4);
         queue.shape(balls, interval * target / balls.max(1) as f64);
         queue
     }
@@ -141,8 +141,10 @@ impl Queue {
     fn shape(&mut self, entries: usize, width: f64) {
         self.width = width.clamp(NARROWEST, WIDEST);
         self.inverse_width = 1.0 / self.width;
-        // Long enough for most of what comes to fall into the ring.
-        let buckets = (entries * 4 / self.target as usize).next_power_of_two().clamp(FEWEST_BUCKETS, MOST_BUCKETS);
+        // Long enough for most of what comes to fall into the ring; where there are many, for the next that comes for half of all:
+        // the fuller its chunks, the less memory.
+        let (most, fewest) = (entries * 4 / self.target as usize, entries / self.target as usize);
+        let buckets = most.min(fewest.max(CACHED_BUCKETS)).next_power_of_two().clamp(FEWEST_BUCKETS, MOST_BUCKETS);
         self.buckets.clear();
         self.buckets.resize(buckets, Fill::NONE);
         self.buckets_passed = 0;

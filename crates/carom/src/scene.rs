@@ -16,6 +16,9 @@ use crate::predict::turning::solid::Solid;
 use crate::rotation::Rotation;
 use crate::shape::{BodyGeometry, TriangleMesh};
 use crate::time::{Clock, Time};
+use crate::world::ids::Ids;
+use crate::world::images::Images;
+use crate::world::radii::Radii;
 use crate::world::surroundings::Surroundings;
 use crate::world::turning::{TurningBodies, TurningBody};
 use crate::world::{Body, Boundary, Domain, Partner, Plane, RestitutionTable, Spin, World};
@@ -329,9 +332,9 @@ impl Scene {
             domain: self.domain,
             restitution,
             rows: (0..order.len() as u32).collect(),
-            ids: order.iter().map(|&(id, _)| id).collect(),
+            ids: Ids::new(order.iter().map(|&(id, _)| id).collect()),
             flights: rows.iter().map(|row| Flight::new(row.position, row.velocity, start)).collect(),
-            radii: rows.iter().map(|row| row.radius).collect(),
+            radii: Radii::new(rows.iter().map(|row| row.radius).collect()),
             bodies: rows
                 .iter()
                 .enumerate()
@@ -344,7 +347,7 @@ impl Scene {
                 })
                 .collect(),
             impacts: vec![0; order.len()],
-            images: if self.domain.is_periodic() { vec![[0; 3]; order.len()] } else { Vec::new() },
+            images: Images::new(order.len(), self.domain.is_periodic()),
             turning: turning(solids, &order, &planes, !meshes.is_empty()),
             planes,
             meshes,

@@ -272,13 +272,10 @@ impl Simulation {
     /// Bytes held for each ball, recorded impacts aside.
     pub fn bytes_per_ball(&self) -> usize {
         let balls = self.world.len().max(1);
-        let of_ball = size_of::<crate::flight::Flight>()
-            + size_of::<crate::world::Body>()
-            + size_of::<Upcoming>()
-            + 24 // id, its place, radius, impacts
-            + if self.world.images.is_empty() { 0 } else { 12 };
+        let of_ball = size_of::<crate::flight::Flight>() + size_of::<crate::world::Body>() + size_of::<Upcoming>() + 8; // its place in the order of ids, impacts
         let turning = self.world.turning.as_ref().map_or(0, TurningBodies::bytes);
-        of_ball + (self.nearby.bytes() + self.queue.bytes() + self.giants.bytes() + turning) / balls
+        let of_world = self.world.ids.bytes() + self.world.radii.bytes() + self.world.images.bytes();
+        of_ball + (of_world + self.nearby.bytes() + self.queue.bytes() + self.giants.bytes() + turning) / balls
     }
 
     /// The earliest event no later than `until`. Impacts of one instant come in the order of their ranks; whatever only

@@ -3,8 +3,11 @@
 mod arrangement;
 pub mod bins;
 pub mod cells;
+pub mod ids;
+pub mod images;
 pub mod lists;
 pub mod nearby;
+pub mod radii;
 pub mod surroundings;
 pub mod turning;
 
@@ -14,6 +17,9 @@ use crate::flight::Flight;
 use crate::scene::Simultaneous;
 use crate::time::{Clock, Time};
 
+use self::ids::Ids;
+use self::images::Images;
+use self::radii::Radii;
 use self::surroundings::Surroundings;
 use self::turning::{TurningBodies, TurningBody};
 
@@ -218,19 +224,19 @@ pub struct World {
     pub restitution: RestitutionTable,
     /// The row of each ball, in the order of ids.
     pub rows: Vec<u32>,
-    /// Identities of the balls.
-    pub ids: Vec<i64>,
+    /// Identities of the balls, by rank; by row: [`World::id`].
+    pub ids: Ids,
     /// Their flights.
     pub flights: Vec<Flight>,
     /// Their radii (m).
-    pub radii: Vec<f64>,
+    pub radii: Radii,
     /// What else an impact needs.
     pub bodies: Vec<Body>,
     /// Impacts so far, apart from the rest because predictions ask for those of others: another count, and a prediction is
     /// stale.
     pub impacts: Vec<u32>,
     /// Periodic images: how many sizes the ball has travelled beyond its stored position. Empty without periodic axes.
-    pub images: Vec<[i32; 3]>,
+    pub images: Images,
     /// Planes and walls, ascending by id.
     pub planes: Vec<Plane>,
     /// Meshes of triangles, ascending by id.
@@ -279,8 +285,13 @@ impl World {
 
     /// The row of the ball with an id.
     pub fn row_of(&self, id: i64) -> Option<usize> {
-        let rank = self.rows.binary_search_by_key(&id, |&row| self.ids[row as usize]).ok()?;
-        Some(self.row(rank))
+        self.ids.rank_of(id, self.len()).map(|rank| self.row(rank))
+    }
+
+    /// The id of the ball in a row.
+    #[inline(always)]
+    pub fn id(&self, row: usize) -> i64 {
+        self.ids.of_rank(self.bodies[row].rank as usize)
     }
 
     /// Whether there are no balls.
@@ -335,15 +346,9 @@ impl World {
 
     /// The radii (m) of the largest ball and of the largest beside it.
     pub fn largest_radii(&self) -> [f64; 2] {
-        self.radii.iter().fold([0.0, 0.0], |[largest, second], &radius| {
+        self.radii.iter().fold([0.0, 0.0], |[largest, second], radius| {
             if radius > largest { [radius, largest] } else { [largest, second.max(radius)] }
         })
-    }
-
-    /// The radius (m) that all balls have, if they have one.
-    pub fn one_radius(&self) -> Option<f64> {
-        let (&first, others) = self.radii.split_first()?;
-        others.iter().all(|&radius| radius == first).then_some(first)
     }
 
     /// The least box (m) around all centres at `time`, not wrapped.

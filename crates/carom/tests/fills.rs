@@ -90,7 +90,7 @@ fn sizes_and_masses_follow_their_distributions() {
         assert!((found - mean).abs() < 4.0 * deviation / 4000f64.sqrt(), "{radius:?}: {found}");
         let spread = (world.radii.iter().map(|r| (r - found).powi(2)).sum::<f64>() / world.len() as f64).sqrt();
         assert!((spread / deviation - 1.0).abs() < 0.06, "{radius:?}: {spread}");
-        for (body, radius) in world.bodies.iter().zip(&world.radii) {
+        for (body, radius) in world.bodies.iter().zip(world.radii.iter()) {
             assert!((body.mass / (8.0 / 3.0 * std::f64::consts::PI * radius.powi(3)) - 1.0).abs() < 1e-14);
         }
     }

@@ -54,10 +54,10 @@ fn cases() -> Vec<(&'static str, Scene, u64, &'static str)> {
     let mut lcg = Lcg(1);
     let (world, _) = lattice.build().unwrap();
     let mut balls = Balls::default();
-    for (id, flight) in world.ids.iter().zip(&world.flights) {
+    for (row, flight) in world.flights.iter().enumerate() {
         let mut velocity = vector(0.0, 0.0, 0.0);
         velocity[(lcg.uniform() * 3.0) as usize] = if lcg.uniform() < 0.5 { 1.0 } else { -1.0 };
-        balls.push(support::ball(*id, flight.position(), velocity, 0.5, 1.0), 3);
+        balls.push(support::ball(world.id(row), flight.position(), velocity, 0.5, 1.0), 3);
     }
     lattice = Scene { balls, fills: Vec::new(), ..lattice };
     let mut column = scene((0..20).map(|i| {
@@ -190,7 +190,7 @@ fn any_order_of_insertion() {
             for &row in &order {
                 let flight = &world.flights[row];
                 let ball = support::ball(
-                    world.ids[row],
+                    world.id(row),
                     flight.position(),
                     flight.velocity(),
                     world.radii[row],

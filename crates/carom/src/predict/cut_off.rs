@@ -43,12 +43,12 @@ pub(super) struct Pair {
 impl Pair {
     /// Of two rows.
     pub fn of_bodies(world: &World, a: usize, b: usize, shift: DVec3, start: Time) -> Self {
-        Self { ids: (world.ids[a], world.ids[b]), impacts: [world.impacts[a], world.impacts[b]], shift, start }
+        Self { ids: (world.id(a), world.id(b)), impacts: [world.impacts[a], world.impacts[b]], shift, start }
     }
 
     /// Of a row and something in prescribed motion.
     pub fn with_prescribed(world: &World, row: usize, id: i64, start: Time) -> Self {
-        Self { ids: (world.ids[row], id), impacts: [world.impacts[row], 0], shift: DVec3::ZERO, start }
+        Self { ids: (world.id(row), id), impacts: [world.impacts[row], 0], shift: DVec3::ZERO, start }
     }
 
     fn still_holds(&self, world: &World) -> bool {
@@ -112,7 +112,7 @@ impl CutOffs {
 
     /// Ids of the pair with this body whose search cannot be brought on, if there is one.
     pub fn stuck(&self, world: &World, row: usize) -> Option<(i64, i64)> {
-        let id = world.ids[row];
+        let id = world.id(row);
         let mut of_body = self.0.values().filter(|cut_off| cut_off.pair.ids.0 == id || cut_off.pair.ids.1 == id);
         of_body.find(|cut_off| cut_off.stuck && cut_off.pair.still_holds(world)).map(|cut_off| cut_off.pair.ids)
     }

@@ -198,7 +198,7 @@ impl<L: Lanes> Ask<L> {
             age: l.add(l.sub(l.all(now.epoch), epoch), l.sub(l.all(now.offset), offset)),
             distance: match predictor.contact_distance {
                 Some(same) => l.all(same),
-                None => l.gather(&world.radii, asking),
+                None => l.gather(world.radii.each(), asking),
             },
             of_one_size: predictor.contact_distance.is_some(),
         }
@@ -234,7 +234,7 @@ impl<L: Lanes> Ask<L> {
         let (ry, vy) = self.axes[1].seen_from::<PERIODIC, FALLING, FRESH>(l, y, vy, flown);
         let (rz, vz) = self.axes[2].seen_from::<PERIODIC, FALLING, FRESH>(l, z, vz, flown);
         let distance =
-            if self.of_one_size { self.distance } else { l.add(self.distance, l.gather(&world.radii, others)) };
+            if self.of_one_size { self.distance } else { l.add(self.distance, l.gather(world.radii.each(), others)) };
         Approach { r: [rx, ry, rz], v: [vx, vy, vz], mine_flown, distance }
     }
 }

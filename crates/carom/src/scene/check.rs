@@ -203,15 +203,13 @@ pub(super) fn geometry(world: &mut World, shrink: Option<f64>) -> Result<BuildRe
         if factor < 1.0 {
             // Rounded down, so that no rounding of the product overlaps again.
             let factor = factor * (1.0 - 4.0 * f64::EPSILON);
-            for radius in &mut world.radii {
-                *radius *= factor;
-            }
+            world.radii.scale(factor);
             report = BuildReport { shrink_factor: factor, overlaps: pairs.len(), deepest_overlap: deepest };
         }
         return Ok(report);
     }
     problems.extend(pairs.into_iter().take(MOST_PROBLEMS).map(|pair| {
-        let ids = (world.ids[pair.a], world.ids[pair.b]);
+        let ids = (world.id(pair.a), world.id(pair.b));
         let other = noun(world, pair.b);
         let reason = if pair.distance == 0.0 {
             format!("has the same centre as {other} {}", ids.1)
@@ -255,7 +253,7 @@ fn outside(world: &World, start: Time) -> Vec<Problem> {
             if world.domain.boundary[axis] == Boundary::Periodic && position[axis].abs() > half {
                 problems.push(Problem::new(
                     noun(world, ball),
-                    Some(world.ids[ball]),
+                    Some(world.id(ball)),
                     "position",
                     position,
                     format!("lies outside the periodic box, which ends at ±{half} m"),
@@ -278,7 +276,7 @@ fn outside(world: &World, start: Time) -> Vec<Problem> {
                     depth: Some(-gap),
                     ..Problem::new(
                         noun(world, ball),
-                        Some(world.ids[ball]),
+                        Some(world.id(ball)),
                         "position",
                         position,
                         format!("reaches {:e} m beyond {name}", -gap),
@@ -305,7 +303,7 @@ fn crossing(world: &World, start: Time) -> Vec<Problem> {
                 problems.push(Problem {
                     other: Some(surroundings.id),
                     depth: Some(-gap),
-                    ..Problem::new(noun(world, row), Some(world.ids[row]), "position", position, reason)
+                    ..Problem::new(noun(world, row), Some(world.id(row)), "position", position, reason)
                 });
             }
         }

@@ -18,6 +18,7 @@ use crate::simulation::Simulation;
 use crate::tolerance;
 use crate::world::cells::Cells;
 use crate::world::nearby::Gathered;
+use crate::world::radii::Radii;
 use crate::world::{Boundary, Domain, Growth, RestitutionTable, World};
 
 /// Where the balls of a fill go.
@@ -399,7 +400,7 @@ impl Fill {
         factor: f64,
         random: &mut Random,
     ) -> Result<Vec<DVec3>, CheckError> {
-        let all: Vec<f64> = present.radii.iter().chain(radii).map(|r| r * factor).collect();
+        let all = Radii::new(present.radii.iter().chain(radii).map(|r| r * factor).collect());
         let low = present.positions.iter().copied().fold(region.center - region.size * 0.5, DVec3::min);
         let high = present.positions.iter().copied().fold(region.center + region.size * 0.5, DVec3::max);
         let mut cells = Cells::new(&scene.domain, &all, low, high);
@@ -511,7 +512,7 @@ impl Fill {
             from = to;
         }
         let mut places: Vec<(i64, DVec3)> =
-            world.ids.iter().zip(&world.flights).map(|(id, flight)| (*id, flight.position())).collect();
+            (0..world.len()).map(|row| (world.id(row), world.flights[row].position())).collect();
         places.retain(|(id, _)| (self.first_id..self.first_id + radii.len() as i64).contains(id));
         places.sort_by_key(|(id, _)| *id);
         Ok(places.into_iter().map(|(_, position)| position).collect())
@@ -582,7 +583,7 @@ fn clear(
     cells: &Cells,
     near: &mut Gathered,
     positions: &[DVec3],
-    radii: &[f64],
+    radii: &Radii,
     periods: DVec3,
     ball: usize,
     position: DVec3,

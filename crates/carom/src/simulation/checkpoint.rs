@@ -105,17 +105,15 @@ impl Simulation {
         for rank in 0..world.len() {
             let ball = world.row(rank);
             let (flight, body) = (&world.flights[ball], &world.bodies[ball]);
-            out.u64(world.ids[ball] as u64);
+            out.u64(world.ids.of_rank(rank) as u64);
             out.floats(&flight.position().to_array());
             out.floats(&flight.velocity().to_array());
             out.time(flight.start());
             out.floats(&[body.energy]);
             let partner = body.last_partner.with_ball(|row| world.bodies[row as usize].rank);
             out.u64(u64::from(partner.bits()) << 32 | u64::from(world.impacts[ball]));
-            if let Some(image) = world.images.get(ball) {
-                for &count in image {
-                    out.u64(count as u32 as u64);
-                }
+            for count in world.images.get(ball).into_iter().flatten() {
+                out.u64(count as u32 as u64);
             }
             if let Some(body) = world.turning_body(ball) {
                 out.floats(&body.orientation.to_array());
@@ -179,7 +177,7 @@ impl Simulation {
             angular_momentum_scale: input.f64()?,
         };
         for ball in 0..world.len() {
-            if input.u64()? != world.ids[ball] as u64 {
+            if input.u64()? != world.id(ball) as u64 {
                 return None;
             }
             world.flights[ball] = Flight::new(input.vector()?, input.vector()?, input.time()?);
@@ -195,10 +193,11 @@ impl Simulation {
             if !known {
                 return None;
             }
-            if let Some(image) = world.images.get_mut(ball) {
-                for count in image {
+            if let Some(mut image) = world.images.get(ball) {
+                for count in &mut image {
                     *count = input.u64()? as u32 as i32;
                 }
+                world.images.set(ball, image);
             }
             if let Some(body) = world.turning.as_mut().and_then(|turning| turning.at_mut(ball)) {
                 body.turn_on(DQuat::from_array(input.floats()?), input.vector()?);

@@ -59,7 +59,7 @@ impl Giants {
             noted: Vec::new(),
             close: Vec::new(),
         };
-        let smallest = world.radii.iter().copied().fold(f64::INFINITY, f64::min);
+        let smallest = world.radii.iter().fold(f64::INFINITY, f64::min);
         let [largest, _] = world.largest_radii();
         let bent = world.has_gravity() && (0..world.len()).any(|ball| world.is_fixed(ball));
         let balls_alone = world.turning.is_none() && world.meshes.is_empty();

@@ -19,7 +19,7 @@ pub struct CollapseGuard {
 impl CollapseGuard {
     /// A guard for `world`.
     pub fn new(world: &World) -> Self {
-        let smallest = world.radii.iter().copied().fold(f64::INFINITY, f64::min);
+        let smallest = world.radii.iter().fold(f64::INFINITY, f64::min);
         Self {
             window: COLLAPSE_WINDOW * world.clock.span(),
             speed: 32.0 * smallest / world.clock.span(),

@@ -125,7 +125,7 @@ impl Simulation {
         separation: DVec3,
     ) {
         let point = position - contact.normal * self.world.radius(a, now);
-        let ids = [self.world.ids[a], self.world.ids[b]];
+        let ids = [self.world.id(a), self.world.id(b)];
         let positions = [position, position - separation];
         self.record(recorded(contact, outcome, Kind::BallBall, now, ids, point, positions));
     }
@@ -162,7 +162,7 @@ impl Simulation {
         self.counts.ball_plane += 1;
         if self.is_recorded() {
             let point = arrived.position - n * self.world.radius(ball, now);
-            let ids = [self.world.ids[ball], plane.id];
+            let ids = [self.world.id(ball), plane.id];
             let of_ball = recorded(&contact, &outcome, Kind::BallPlane, now, ids, point, [arrived.position, point]);
             // The lower id is A, also where that is the plane.
             self.record(if ids[0] < ids[1] { of_ball } else { of_ball.from_the_other_side() });
@@ -252,9 +252,11 @@ impl Simulation {
 
     #[cold]
     fn put_back(&mut self, ball: usize, passed: [i32; 3]) {
-        let images = &mut self.world.images[ball];
-        for axis in 0..3 {
-            images[axis] = images[axis].wrapping_add(passed[axis]);
+        if let Some(mut image) = self.world.images.get(ball) {
+            for axis in 0..3 {
+                image[axis] = image[axis].wrapping_add(passed[axis]);
+            }
+            self.world.images.set(ball, image);
         }
         self.nearby.wrap(ball, passed, self.world.domain.size);
     }
@@ -283,9 +285,9 @@ impl Simulation {
 
     #[cold]
     pub(super) fn collapse(&self, ball: usize, partner: Partner, now: Time, cause: Cause) -> CollapseError {
-        let id = self.world.ids[ball];
+        let id = self.world.id(ball);
         let other = match (partner.as_ball(), partner.as_plane(), partner.as_mesh()) {
-            (Some(other), ..) => self.world.ids[other],
+            (Some(other), ..) => self.world.id(other),
             (_, Some(row), _) => self.world.planes[row].id,
             (.., Some(row)) => self.world.meshes[row].id,
             _ => id,

@@ -123,7 +123,7 @@ impl Simulation {
         };
         Side {
             itself: Partner::ball(row as u32),
-            id: world.ids[row],
+            id: world.id(row),
             material: world.bodies[row].material,
             mass,
             position: flight.position_after(seconds, acceleration),

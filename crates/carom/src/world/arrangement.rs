@@ -38,12 +38,11 @@ impl World {
         for row in &mut self.rows {
             *row = to[*row as usize];
         }
-        permute(&mut self.ids, from);
         permute(&mut self.flights, from);
-        permute(&mut self.radii, from);
+        self.radii.rearrange(from);
         permute(&mut self.bodies, from);
         permute(&mut self.impacts, from);
-        permute(&mut self.images, from);
+        self.images.rearrange(from);
         if let Some(spin) = &mut self.spin {
             permute(&mut spin.orientation, from);
             permute(&mut spin.angular_velocity, from);
@@ -58,7 +57,7 @@ impl World {
     }
 }
 
-fn permute<T: Copy>(values: &mut Vec<T>, from: &[u32]) {
+pub(super) fn permute<T: Copy>(values: &mut Vec<T>, from: &[u32]) {
     // Images are kept in periodic boxes only.
     if !values.is_empty() {
         *values = from.iter().map(|&row| values[row as usize]).collect();

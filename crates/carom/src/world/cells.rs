@@ -21,6 +21,7 @@ use glam::DVec3;
 use self::kept::KeptRows;
 use self::level::{Level, base_count, behind, levels_of, neighbours};
 use super::nearby::{BLOCK, Gathered, PlaneSet};
+use super::radii::Radii;
 use super::{Boundary, Domain, World};
 use crate::frugal::{filled, make_room};
 use crate::predict::crossing;
@@ -104,8 +105,6 @@ pub struct Cells {
     /// One over a cell's width (1/m); 0 along axes that are not crossed.
     inverse: DVec3,
     levels: Vec<Level>,
-    /// Whether all balls are.
-    of_one_size: bool,
     places: Vec<Place>,
     /// The cells of all levels, and further ones of those that are full.
     cells: Vec<Cell>,
@@ -117,9 +116,9 @@ pub struct Cells {
 
 impl Cells {
     /// Grids for balls with these radii (m), empty. `low` and `high` (m) bound the centres where space is open.
-    pub fn new(domain: &Domain, radii: &[f64], low: DVec3, high: DVec3) -> Self {
-        let largest = radii.iter().copied().fold(0.0, f64::max);
-        let smallest = radii.iter().copied().fold(f64::INFINITY, f64::min);
+    pub fn new(domain: &Domain, radii: &Radii, low: DVec3, high: DVec3) -> Self {
+        let largest = radii.iter().fold(0.0, f64::max);
+        let smallest = radii.iter().fold(f64::INFINITY, f64::min);
         let widest = 2.0 * largest * (1.0 + CELL_MARGIN);
         let mut origin = DVec3::ZERO;
         let mut extent = DVec3::ZERO;
@@ -160,7 +159,7 @@ impl Cells {
         let mut level_row = vec![0u32; finest as usize + 1];
         let mut cells = 0;
         for level in 0..=finest {
-            let mut members = radii.iter().zip(&level_of).filter(|(_, l)| **l == level).map(|(r, _)| *r).peekable();
+            let mut members = radii.iter().zip(&level_of).filter(|(_, l)| **l == level).map(|(r, _)| r).peekable();
             if members.peek().is_none() {
                 continue;
             }
@@ -198,7 +197,6 @@ impl Cells {
             reach: DVec3::ZERO,
             inverse: DVec3::ZERO,
             levels,
-            of_one_size: smallest == largest,
             places,
             cells: filled(Cell::EMPTY, cells),
             free: Vec::new(),
@@ -488,8 +486,8 @@ impl Cells {
     #[inline(always)]
     fn prefetch_bodies(&self, world: &World, rows: &[u32]) {
         rows.iter().for_each(|&near| prefetch(&world.flights, near as usize));
-        if !self.of_one_size {
-            rows.iter().for_each(|&near| prefetch(&world.radii, near as usize));
+        if world.radii.one().is_none() {
+            rows.iter().for_each(|&near| world.radii.prefetch(near as usize));
         }
     }
 
@@ -648,7 +646,7 @@ mod tests {
         let mut found = Gathered::default();
         for size in [1.5, 2.5, 3.5, 4.5, 8.5] {
             let domain = Domain { boundary: [Boundary::Periodic; 3], size: DVec3::splat(size) };
-            let mut cells = Cells::new(&domain, &[0.49; 40], DVec3::ZERO, DVec3::ZERO);
+            let mut cells = Cells::new(&domain, &Radii::new(vec![0.49; 40]), DVec3::ZERO, DVec3::ZERO);
             // Squares of fractions heap up at zero.
             let fraction = |k: usize, a: f64| (k as f64 * a).fract() * (k as f64 * a).fract();
             let position = |k: usize| DVec3::new(fraction(k, 0.618), fraction(k, 0.414), fraction(k, 0.732)) * size;

@@ -83,8 +83,6 @@ pub struct Lists {
     periods: Periods,
     /// How far (m) a ball goes from the centre before it looks around again.
     displacement: f64,
-    /// All balls' (m), where they are of one size: theirs need not come from memory.
-    one_radius: Option<f64>,
     shells: Vec<Shell>,
     /// Places of all lists; what is left of a list's last line holds the ball itself.
     lines: Vec<[u32; LINE]>,
@@ -124,7 +122,6 @@ impl Lists {
             width,
             periods: Periods::of(&world.domain),
             displacement,
-            one_radius: world.one_radius(),
             shells: vec![Shell { centre: DVec3::ZERO, start: 0, fill: Fill::NONE }; world.len()],
             lines: Vec::with_capacity(world.len() + world.len() / 8),
             free: Vec::new(),
@@ -179,8 +176,8 @@ impl Lists {
         // Whole lines, of which most lists have one: so nobody has to guess where it ends.
         for line in &self.lines[start as usize..][..fill.len().div_ceil(LINE)] {
             line.iter().for_each(|&near| prefetch(&world.flights, near as usize));
-            if self.one_radius.is_none() {
-                line.iter().for_each(|&near| prefetch(&world.radii, near as usize));
+            if world.radii.one().is_none() {
+                line.iter().for_each(|&near| world.radii.prefetch(near as usize));
             }
         }
     }
@@ -193,15 +190,7 @@ impl Lists {
     }
 
     fn sphere(&self, world: &World, ball: usize) -> f64 {
-        self.radius(world, ball) + self.displacement * (1.0 + CELL_MARGIN)
-    }
-
-    #[inline(always)]
-    fn radius(&self, world: &World, ball: usize) -> f64 {
-        match self.one_radius {
-            Some(radius) => radius,
-            None => world.radii[ball],
-        }
+        world.radii[ball] + self.displacement * (1.0 + CELL_MARGIN)
     }
 
     /// The planes within reach.
@@ -301,7 +290,7 @@ impl Lists {
     #[inline(always)]
     fn look_around<L: Lanes>(&mut self, lanes: L, world: &World, ball: usize, mutual: bool) {
         let centre = self.shells[ball].centre;
-        let (radius, reach) = (self.radius(world, ball), 2.0 * self.displacement * (1.0 + CELL_MARGIN));
+        let (radius, reach) = (world.radii[ball], 2.0 * self.displacement * (1.0 + CELL_MARGIN));
         let fixed = world.is_fixed(ball);
         let (mut found, mut fresh) = (std::mem::take(&mut self.found), std::mem::take(&mut self.fresh));
         found.clear();
@@ -316,7 +305,7 @@ impl Lists {
         }
         for &other in found.rows() {
             let apart = self.periods.nearest(centre - self.shells[other as usize].centre);
-            let within = radius + self.radius(world, other as usize) + reach;
+            let within = radius + world.radii[other as usize] + reach;
             if apart.length_squared() >= within * within || other as usize == ball {
                 continue;
             }
@@ -524,7 +513,7 @@ fn displacement(world: &World, now: Time, needed: bool) -> Option<f64> {
         _ => 2.0 * radius,
     };
     let mean = world.radii.iter().sum::<f64>() / count;
-    let packing = world.radii.iter().map(|&radius| ball(radius)).sum::<f64>() / volume;
+    let packing = world.radii.iter().map(ball).sum::<f64>() / volume;
     let least_packing = if axes == 3 { LEAST_PACKING } else { LEAST_PACKING_IN_A_PLANE };
     let crowded = ball(2.0 * mean) * count / volume;
     if !needed && (axes < 2 || packing < least_packing || crowded < LEAST_CROWDED) {

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::{Face, LEAST_WIDTH, Place};
+use crate::world::radii::Radii;
 
 /// Cells at most for each ball: more of them are emptier, and crossed more often.
 const CELLS_PER_BALL: usize = 2;
@@ -105,7 +106,7 @@ pub(super) fn base_count(extent: DVec3, widest: f64, balls: usize, single: &[boo
 
 /// The level of each ball, and the finest level in use.
 pub(super) fn levels_of(
-    radii: &[f64],
+    radii: &Radii,
     base: &[i32; 3],
     extent: DVec3,
     smallest: f64,
@@ -123,7 +124,7 @@ pub(super) fn levels_of(
         level
     };
     let mut finest = level_for(smallest);
-    let mut level_of: Vec<u32> = radii.iter().map(|&r| level_for(r)).collect();
+    let mut level_of: Vec<u32> = radii.iter().map(level_for).collect();
     // A few small balls in a wide space share larger cells.
     while finest > 0 {
         let members = level_of.iter().filter(|&&level| level >= finest).count();
