@@ -151,7 +151,7 @@ impl Periods {
 }
 
 /// Added to a number below 2^51, it leaves no room for a fraction; taken away again, the nearest whole number is left.
-const NO_FRACTION: f64 = 1.5 * (1u64 << 52) as f64;
+pub(crate) const NO_FRACTION: f64 = 1.5 * (1u64 << 52) as f64;
 
 /// To the nearest whole numbers, ties to even.
 #[inline(always)]

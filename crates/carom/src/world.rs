@@ -8,6 +8,7 @@ pub mod images;
 pub mod lists;
 pub mod nearby;
 pub mod radii;
+pub mod rings;
 pub mod surroundings;
 pub mod turning;
 

@@ -308,9 +308,15 @@ fn a_box_in_a_box_is_an_error_that_says_how_deep() {
 }
 
 #[test]
-fn a_periodic_box_too_small_for_what_turns_is_an_error() {
+fn a_periodic_box_too_small_or_too_long_for_what_turns_is_an_error() {
     let mut scene = boxes(1, DVec3::new(1.0, 2.0, 3.0), 0.1, Boundary::Periodic, 3);
     scene.domain.size = DVec3::splat(3.8);
     let error = scene.build().expect_err("too small").to_string();
     assert!(error.contains("size = [3.8, 3.8, 3.8]: is too small along x for bodies that turn"), "{error}");
+    // The sphere around it has a radius of √14 / 2 m; it may go (0.49 × 8 - √14 / 2) / 4 m, and 2^28 times that is 1.37e8 m.
+    scene.domain.size = DVec3::new(8.0, 1.3e8, 8.0);
+    scene.build().expect("long, but not too long");
+    scene.domain.size = DVec3::new(8.0, 1.4e8, 8.0);
+    let error = scene.build().expect_err("too long").to_string();
+    assert!(error.contains("size = [8, 140000000, 8]: has too long a side beside the shortest"), "{error}");
 }

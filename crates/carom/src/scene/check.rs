@@ -14,7 +14,7 @@ use crate::predict::turning::gap;
 use crate::time::Time;
 use crate::tolerance::{CELL_MARGIN, LIMITS, UNIT_LENGTH, touching};
 use crate::world::cells::Cells;
-use crate::world::lists::HALF_BOX;
+use crate::world::lists::{self, HALF_BOX};
 use crate::world::nearby::Gathered;
 use crate::world::{Boundary, World};
 
@@ -230,17 +230,24 @@ fn noun(world: &World, row: usize) -> &'static str {
     if world.turning_body(row).is_some() { "body" } else { "ball" }
 }
 
-/// Bodies that turn need a periodic box in which one image of a neighbour is the nearest whatever way they are turned.
+/// Bodies that turn need a periodic box in which one image of a neighbour is the nearest whatever way they are turned, and places can
+/// be told.
 fn narrow(world: &World) -> Option<Problem> {
     world.turning.as_ref()?;
     let [largest, second] = world.largest_radii();
     let least = (largest + second) * (1.0 + CELL_MARGIN) / (0.999 * HALF_BOX);
     let periodic = |axis: &usize| world.domain.boundary[*axis] == Boundary::Periodic;
-    let axis = (0..3).filter(periodic).find(|&axis| world.domain.size[axis] < least)?;
-    let reason = format!(
-        "is too small along {} for bodies that turn: they need {least} m, so that the spheres around two of them meet in one image only",
-        ["x", "y", "z"][axis]
-    );
+    let reason = if let Some(axis) = (0..3).filter(periodic).find(|&axis| world.domain.size[axis] < least) {
+        format!(
+            "is too small along {} for bodies that turn: they need {least} m, so that the spheres around two of them meet in one image only",
+            ["x", "y", "z"][axis]
+        )
+    } else if lists::is_too_long(world) {
+        "has too long a side beside the shortest for bodies that turn: where they are is not told exactly enough to find who is near"
+            .into()
+    } else {
+        return None;
+    };
     Some(Problem::new("domain", None, "size", world.domain.size, reason))
 }
 

@@ -258,7 +258,7 @@ impl Simulation {
             }
             self.world.images.set(ball, image);
         }
-        self.nearby.wrap(ball, passed, self.world.domain.size);
+        self.nearby.wrap(ball, passed);
     }
 
     /// A contact without approach. Once is the rounding of a grazing root; twice in a row without any time between is a

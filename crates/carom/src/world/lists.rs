@@ -9,9 +9,9 @@ use glam::DVec3;
 
 use super::bins::Bins;
 use super::nearby::{Gathered, PlaneSet};
+use super::rings::{Rings, Spot};
 use super::{Boundary, World};
 use crate::frugal::make_room;
-use crate::predict::Periods;
 use crate::predict::lanes::{Lanes, MOST, Width, Work};
 use crate::prefetch::prefetch;
 use crate::time::Time;
@@ -31,46 +31,57 @@ const FEWEST: usize = 64;
 /// Neighbours may be this part of a periodic box apart (pure number): less than half of it, so that one image is the nearest.
 pub const HALF_BOX: f64 = 0.49;
 /// Places of a line of a list.
-const LINE: usize = 16;
-/// Where a ball's list was made, and where the list is.
+const LINE: usize = 2 * MOST;
+
+/// A list centre is told at least so exactly: to this part of how far a ball goes from it.
+const CENTRE_PRECISION: f64 = 1.0 / 16.0;
+
+/// Where a ball's list was made, and how much is on it.
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(32))]
+#[repr(C, align(16))]
 struct Shell {
-    /// Where the ball was (m), in the periodic image of its flight.
-    centre: DVec3,
-    /// First of its lines of [`LINE`] places.
-    start: u32,
-    /// How many are on the list, and how much room there is.
+    centre: Spot,
     fill: Fill,
 }
 
-/// A length and, in the lowest bits, the room as a class: 0 for none, k for 2^(k-1) lines.
+/// A list, in one line of the cache.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+struct Line([u32; LINE]);
+
+/// A length and, in the highest bits, the room as a class: k for 2^k lines.
 #[derive(Clone, Copy, Debug)]
 struct Fill(u32);
 
 impl Fill {
-    const CLASS_BITS: u32 = 5;
+    const LEN_BITS: u32 = 27;
     const NONE: Self = Self(0);
 
     #[inline(always)]
     fn new(len: usize, class: u32) -> Self {
-        Self((len as u32) << Self::CLASS_BITS | class)
+        Self(class << Self::LEN_BITS | len as u32)
     }
 
     #[inline(always)]
     fn len(self) -> usize {
-        (self.0 >> Self::CLASS_BITS) as usize
+        (self.0 & ((1 << Self::LEN_BITS) - 1)) as usize
     }
 
     #[inline(always)]
     fn class(self) -> u32 {
-        self.0 & ((1 << Self::CLASS_BITS) - 1)
+        self.0 >> Self::LEN_BITS
+    }
+
+    /// Whether it is among the long ones.
+    #[inline(always)]
+    fn is_long(self) -> bool {
+        self.class() > 0
     }
 
     /// Lines there is room for.
     #[inline(always)]
     fn lines(self) -> usize {
-        (1 << self.class()) >> 1
+        1 << self.class()
     }
 }
 
@@ -80,12 +91,16 @@ pub struct Lists {
     width: Width,
     /// Where the list centres are.
     bins: Bins,
-    periods: Periods,
-    /// How far (m) a ball goes from the centre before it looks around again.
+    rings: Rings,
+    /// How far (m) a ball goes from the centre at most.
     displacement: f64,
+    /// How far (m) it goes before it looks around again: that, less what its centre may be off by.
+    free_way: f64,
     shells: Vec<Shell>,
-    /// Places of all lists; what is left of a list's last line holds the ball itself.
-    lines: Vec<[u32; LINE]>,
+    /// The lists, each in a line of its own; what is left of it holds the ball itself. Of a longer list the first place tells where
+    /// among `long` it is.
+    lines: Vec<Line>,
+    long: Vec<[u32; LINE]>,
     /// First of lines given back, by their class.
     free: Vec<Vec<u32>>,
     planes: Vec<PlaneSet>,
@@ -103,48 +118,64 @@ impl Lists {
         if !turning && (world.growth.is_some() || world.len() < FEWEST) {
             return None;
         }
+        let [least, most] = displacements(world);
         let mut displacement = displacement(world, now, turning)?;
-        // Near images are unique as long as neighbours are less than half the box apart.
-        let largest = world.largest_radii().iter().sum::<f64>();
-        let farthest = |displacement: f64| largest + 4.0 * displacement * (1.0 + CELL_MARGIN);
-        let periodic = (0..3).filter(|&axis| world.domain.boundary[axis] == Boundary::Periodic);
-        let widest = periodic.map(|axis| HALF_BOX * world.domain.size[axis]).fold(f64::INFINITY, f64::min);
-        if widest < farthest(displacement) {
+        if displacement > most || displacement < least {
             if !turning {
                 return None;
             }
-            displacement = (widest - largest) / (4.0 * (1.0 + CELL_MARGIN));
+            displacement = displacement.max(least).min(most);
         }
         let spheres: Vec<f64> = world.radii.iter().map(|radius| radius + displacement * (1.0 + CELL_MARGIN)).collect();
         let (low, high) = world.extent(now);
-        let bins = Bins::new(&world.domain, &spheres, low, high);
+        // Across a gap of this length between two walls nobody is near anybody.
+        let gap = 4.0 * displacement * (1.0 + CELL_MARGIN);
+        let least_ring = Bins::least_ring(spheres.iter().copied().fold(0.0, f64::max));
+        let most_ring = CENTRE_PRECISION * displacement * Rings::STEPS;
+        let rings = Rings::new(&world.domain, [low, high], gap, least_ring, most_ring);
         let mut lists = Self {
             width,
-            periods: Periods::of(&world.domain),
             displacement,
-            shells: vec![Shell { centre: DVec3::ZERO, start: 0, fill: Fill::NONE }; world.len()],
-            lines: Vec::with_capacity(world.len() + world.len() / 8),
+            free_way: displacement - 2.0 * rings.longest_step(),
+            shells: vec![Shell { centre: Spot::NONE, fill: Fill::NONE }; world.len()],
+            lines: (0..world.len() as u32).map(|ball| Line([ball; LINE])).collect(),
+            long: Vec::new(),
             free: Vec::new(),
             planes: if world.planes.is_empty() { Vec::new() } else { vec![PlaneSet::NONE; world.len()] },
             beside: if turning { vec![Vec::new(); world.len()] } else { Vec::new() },
-            bins,
+            bins: Bins::new(&world.domain, &rings, &spheres, (high - low).to_array()),
+            rings,
             found: Gathered::default(),
             fresh: Vec::new(),
         };
-        for ball in 0..world.len() {
-            lists.shells[ball].centre = world.position(ball, now);
-            lists.bins.insert(ball, lists.shells[ball].centre);
-        }
-        width.run(FirstLook { lists: &mut lists, world });
+        width.run(FirstLook { lists: &mut lists, world, now });
         Some(lists)
     }
 
     /// The ball's list, filled up with the ball itself.
     #[inline(always)]
     pub fn row(&self, ball: usize) -> &[u32] {
-        let shell = &self.shells[ball];
-        let (start, len) = (LINE * shell.start as usize, shell.fill.len().next_multiple_of(MOST));
-        &self.lines.as_flattened()[start..start + len]
+        let fill = self.shells[ball].fill;
+        let line = &self.lines[ball].0;
+        // Of almost all it is told at a glance that their list is this line, whole.
+        if fill.0 as usize <= LINE {
+            if fill.0 as usize > MOST { line } else { &line[..MOST] }
+        } else {
+            &self.places(ball, fill)[..fill.len().next_multiple_of(MOST)]
+        }
+    }
+
+    /// All places of a ball's list.
+    #[inline(always)]
+    fn places(&self, ball: usize, fill: Fill) -> &[u32] {
+        let line = &self.lines[ball].0;
+        if fill.is_long() { self.long[line[0] as usize..][..fill.lines()].as_flattened() } else { line }
+    }
+
+    #[inline(always)]
+    fn places_mut(&mut self, ball: usize, fill: Fill) -> &mut [u32] {
+        let line = &mut self.lines[ball].0;
+        if fill.is_long() { self.long[line[0] as usize..][..fill.lines()].as_flattened_mut() } else { line }
     }
 
     /// Whoever is near if one of the two turns.
@@ -159,22 +190,18 @@ impl Lists {
         prefetch(&self.shells, ball);
     }
 
-    /// Fetches the ball's list.
+    /// Fetches the ball's list, or where it is.
     #[inline(always)]
     pub fn prefetch_row(&self, ball: usize) {
-        let shell = &self.shells[ball];
-        // They need not begin with a line of the cache. Few lists are longer.
-        prefetch(&self.lines, shell.start as usize);
-        prefetch(&self.lines, shell.start as usize + 1);
-        prefetch(&self.lines, shell.start as usize + 2);
+        prefetch(&self.lines, ball);
     }
 
     /// Fetches the flights of those on the ball's list.
     #[inline(always)]
     pub fn prefetch_near(&self, world: &World, ball: usize) {
-        let Shell { start, fill, .. } = self.shells[ball];
+        let fill = self.shells[ball].fill;
         // Whole lines, of which most lists have one: so nobody has to guess where it ends.
-        for line in &self.lines[start as usize..][..fill.len().div_ceil(LINE)] {
+        for line in self.places(ball, fill).as_chunks::<LINE>().0 {
             line.iter().for_each(|&near| prefetch(&world.flights, near as usize));
             if world.radii.one().is_none() {
                 line.iter().for_each(|&near| world.radii.prefetch(near as usize));
@@ -185,7 +212,7 @@ impl Lists {
     /// Fetches what making the ball's list anew at `time` will look through.
     #[inline(never)]
     pub fn prefetch_renewal(&self, world: &World, ball: usize, time: Time) {
-        self.bins.prefetch(ball, world.position(ball, time));
+        self.bins.prefetch(ball, self.rings.spot(world.position(ball, time)));
         self.row(ball).iter().for_each(|&near| self.prefetch(near as usize));
     }
 
@@ -202,33 +229,37 @@ impl Lists {
     /// Whether it is told at a glance that the ball stays within its sphere until `time`: on a straight way, it does if it is
     /// there then.
     #[inline(always)]
-    pub fn stays_until(&self, world: &World, ball: usize, now: Time, time: Time) -> bool {
+    pub fn stays_until(&self, world: &World, ball: usize, time: Time) -> bool {
         if world.has_gravity() || !time.is_reachable() {
             return false;
         }
         let flight = &world.flights[ball];
-        let centre = self.shells[ball].centre;
-        let then = flight.position() + flight.velocity() * time.since(flight.start()) - centre;
-        let present = flight.position() + flight.velocity() * now.since(flight.start()) - centre;
-        let within = self.displacement * self.displacement;
-        then.length_squared() < within && present.length_squared() < within
+        // Now it is, or it would have looked around. (Who has been put back into the box since is not, at a glance.)
+        let then = flight.position() + flight.velocity() * time.since(flight.start());
+        then.distance_squared(self.rings.position(self.shells[ball].centre)) < self.free_way * self.free_way
+    }
+
+    /// From the list's centre to a position of the ball (m), to less than its longest step.
+    #[inline(always)]
+    fn off_centre(&self, ball: usize, position: DVec3) -> DVec3 {
+        self.rings.apart(self.rings.spot(position), self.shells[ball].centre)
     }
 
     /// When the ball leaves the sphere around its list's centre; under gravity maybe earlier, never later.
     pub fn leaves(&self, world: &World, ball: usize, now: Time) -> Time {
         // From where it is now: of a long flight, the way since its start would leave no digits for the sphere.
         let velocity = world.velocity(ball, now);
-        let from_centre = world.position(ball, now) - self.shells[ball].centre;
-        let within = self.displacement * self.displacement - from_centre.length_squared();
+        let off_centre = self.off_centre(ball, world.position(ball, now));
+        let within = self.free_way * self.free_way - off_centre.length_squared();
         let speed_squared = velocity.length_squared();
         let seconds = if !world.falls(ball) {
-            // |d + v t| = D, in the form that is stable for each sign of d·v.
-            let outward = from_centre.dot(velocity);
+            // |d + v t| = D, the free way, in the form that is stable for each sign of d·v.
+            let outward = off_centre.dot(velocity);
             let root = (outward * outward + speed_squared * within).max(0.0).sqrt();
             if outward > 0.0 { within / (root + outward) } else { (root - outward) / speed_squared }
         } else {
             // |d| + |v| t + |g| t²/2 = D.
-            let (gap, speed) = (self.displacement - from_centre.length(), speed_squared.sqrt());
+            let (gap, speed) = (self.free_way - off_centre.length(), speed_squared.sqrt());
             2.0 * gap / (speed + (speed_squared + 2.0 * world.gravity.length() * gap).max(0.0).sqrt())
         };
         match (seconds.is_nan(), !world.falls(ball)) {
@@ -237,11 +268,6 @@ impl Lists {
             (true, false) => now,
             _ => world.clock.after(now, seconds.max(0.0)),
         }
-    }
-
-    /// Follows a ball that was put back into the box.
-    pub fn wrap(&mut self, ball: usize, shift: DVec3) {
-        self.shells[ball].centre -= shift;
     }
 
     /// Makes the ball's list anew where the ball is at `now`.
@@ -265,9 +291,9 @@ impl Lists {
     /// Takes the ball off its neighbours' lists, and empties its own.
     #[inline(always)]
     fn withdraw<L: Lanes>(&mut self, lanes: L, ball: usize) {
-        let Shell { start, fill, .. } = self.shells[ball];
-        for k in 0..fill.len() {
-            let other = self.lines[start as usize + k / LINE][k % LINE];
+        let fill = self.shells[ball].fill;
+        for place in 0..fill.len() {
+            let other = self.places(ball, fill)[place];
             self.remove(lanes, other as usize, ball as u32);
         }
         if !self.beside.is_empty() {
@@ -280,7 +306,7 @@ impl Lists {
         }
         self.shells[ball].fill = Fill::new(0, fill.class());
         if Self::is_roomy(fill) {
-            self.give_back(start, fill.class());
+            self.give_back(self.lines[ball].0[0], fill.class());
             self.shells[ball].fill = Fill::NONE;
         }
     }
@@ -288,7 +314,7 @@ impl Lists {
     /// Finds those within reach, and puts them on the ball's list; `mutual`: and the ball on theirs, and takes off those who are no
     /// longer.
     #[inline(always)]
-    fn look_around<L: Lanes>(&mut self, lanes: L, world: &World, ball: usize, mutual: bool) {
+    fn look_around<L: Lanes>(&mut self, lanes: L, world: &World, ball: usize, position: DVec3, mutual: bool) {
         let centre = self.shells[ball].centre;
         let (radius, reach) = (world.radii[ball], 2.0 * self.displacement * (1.0 + CELL_MARGIN));
         let fixed = world.is_fixed(ball);
@@ -304,7 +330,7 @@ impl Lists {
             prefetch(&world.flights, other as usize);
         }
         for &other in found.rows() {
-            let apart = self.periods.nearest(centre - self.shells[other as usize].centre);
+            let apart = self.rings.apart(centre, self.shells[other as usize].centre);
             let within = radius + world.radii[other as usize] + reach;
             if apart.length_squared() >= within * within || other as usize == ball {
                 continue;
@@ -336,8 +362,8 @@ impl Lists {
         }
         (self.found, self.fresh) = (found, fresh);
         if !self.planes.is_empty() {
-            let around = self.displacement * (1.0 + CELL_MARGIN);
-            self.planes[ball] = PlaneSet::near(world, radius, centre, centre, around);
+            let around = self.displacement * (1.0 + CELL_MARGIN) + self.rings.longest_step();
+            self.planes[ball] = PlaneSet::near(world, radius, position, position, around);
         }
     }
 
@@ -348,22 +374,22 @@ impl Lists {
         if len == fill.lines() * LINE {
             self.enlarge(ball);
         }
-        let shell = &mut self.shells[ball];
-        let line = &mut self.lines[shell.start as usize + len / LINE];
+        let fill = self.shells[ball].fill;
+        let places = self.places_mut(ball, fill);
         if len.is_multiple_of(LINE) {
-            *line = [ball as u32; LINE];
+            places[len..len + LINE].fill(ball as u32);
         }
-        line[len % LINE] = other;
-        shell.fill = Fill::new(len + 1, shell.fill.class());
+        places[len] = other;
+        self.shells[ball].fill = Fill::new(len + 1, fill.class());
     }
 
     #[inline(always)]
     fn place_of<L: Lanes>(&self, lanes: L, ball: usize, other: u32) -> Option<usize> {
-        let Shell { start, fill, .. } = self.shells[ball];
-        let used = fill.len().div_ceil(LINE);
-        for (row, line) in self.lines[start as usize..start as usize + used].iter().enumerate() {
-            let (halves, _) = line.as_chunks::<8>();
-            let hits = lanes.matches(&halves[0], other) | lanes.matches(&halves[1], other) << 8;
+        let fill = self.shells[ball].fill;
+        let (lines, _) = self.places(ball, fill).as_chunks::<LINE>();
+        for (row, line) in lines[..fill.len().div_ceil(LINE)].iter().enumerate() {
+            let (halves, _) = line.as_chunks::<MOST>();
+            let hits = lanes.matches(&halves[0], other) | lanes.matches(&halves[1], other) << MOST;
             if hits != 0 {
                 return Some(row * LINE + hits.trailing_zeros() as usize);
             }
@@ -374,12 +400,12 @@ impl Lists {
     /// Takes whoever is not at one of the places that are `kept` off the ball's list, and the ball off his.
     #[inline(always)]
     fn remove_all_but<L: Lanes>(&mut self, lanes: L, ball: usize, kept: u64) {
-        let Shell { start, fill, .. } = self.shells[ball];
+        let fill = self.shells[ball].fill;
         let mut leaving = !kept & low_bits(fill.len());
         while leaving != 0 {
             // The last first: what moves into its place is one that stays, or is past.
             let place = leaving.ilog2() as usize;
-            let other = self.lines[start as usize + place / LINE][place % LINE];
+            let other = self.places(ball, self.shells[ball].fill)[place];
             self.remove(lanes, other as usize, ball as u32);
             self.remove_at(ball, place);
             leaving &= low_bits(place);
@@ -396,31 +422,35 @@ impl Lists {
     /// Puts the last of the list into the place of one that is taken off.
     #[inline(always)]
     fn remove_at(&mut self, ball: usize, place: usize) {
-        let shell = &mut self.shells[ball];
-        let (start, last) = (shell.start as usize, shell.fill.len() - 1);
-        shell.fill = Fill::new(last, shell.fill.class());
-        self.lines[start + place / LINE][place % LINE] = self.lines[start + last / LINE][last % LINE];
-        self.lines[start + last / LINE][last % LINE] = ball as u32;
+        let fill = self.shells[ball].fill;
+        let last = fill.len() - 1;
+        self.shells[ball].fill = Fill::new(last, fill.class());
+        let places = self.places_mut(ball, fill);
+        places[place] = places[last];
+        places[last] = ball as u32;
     }
 
     /// Moves a full list to where there is twice the room.
     #[cold]
     fn enlarge(&mut self, ball: usize) {
-        let Shell { start, fill, .. } = self.shells[ball];
+        let fill = self.shells[ball].fill;
         let larger = Fill::new(fill.len(), fill.class() + 1);
         let kept = self.free.get_mut(larger.class() as usize).and_then(Vec::pop);
         let fresh = kept.unwrap_or_else(|| {
-            let fresh = self.lines.len() as u32;
-            make_room(&mut self.lines, larger.lines());
-            self.lines.resize(self.lines.len() + larger.lines(), [ball as u32; LINE]);
+            let fresh = self.long.len() as u32;
+            make_room(&mut self.long, larger.lines());
+            self.long.resize(self.long.len() + larger.lines(), [0; LINE]);
             fresh
         });
-        self.lines.copy_within(start as usize..start as usize + fill.lines(), fresh as usize);
-        if fill.lines() > 0 {
+        if fill.is_long() {
+            let start = self.lines[ball].0[0];
+            self.long.copy_within(start as usize..start as usize + fill.lines(), fresh as usize);
             self.give_back(start, fill.class());
+        } else {
+            self.long[fresh as usize] = self.lines[ball].0;
         }
-        let shell = &mut self.shells[ball];
-        (shell.start, shell.fill) = (fresh, larger);
+        self.lines[ball].0[0] = fresh;
+        self.shells[ball].fill = larger;
     }
 
     #[cold]
@@ -435,7 +465,8 @@ impl Lists {
     pub fn bytes(&self) -> usize {
         self.bins.bytes()
             + self.shells.len() * size_of::<Shell>()
-            + self.lines.capacity() * size_of::<[u32; LINE]>()
+            + self.lines.capacity() * size_of::<Line>()
+            + self.long.capacity() * size_of::<[u32; LINE]>()
             + self.planes.len()
             + self.beside.iter().map(|others| size_of::<Vec<u32>>() + 4 * others.capacity()).sum::<usize>()
     }
@@ -451,6 +482,7 @@ fn low_bits(count: usize) -> u64 {
 struct FirstLook<'a> {
     lists: &'a mut Lists,
     world: &'a World,
+    now: Time,
 }
 
 impl Work for FirstLook<'_> {
@@ -458,8 +490,14 @@ impl Work for FirstLook<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        for ball in 0..self.world.len() {
-            self.lists.look_around(lanes, self.world, ball, false);
+        let Self { lists, world, now } = self;
+        for ball in 0..world.len() {
+            let centre = lists.rings.spot(world.position(ball, now));
+            lists.shells[ball].centre = centre;
+            lists.bins.insert(lanes, ball, centre);
+        }
+        for ball in 0..world.len() {
+            lists.look_around(lanes, world, ball, world.position(ball, now), false);
         }
     }
 }
@@ -481,12 +519,31 @@ impl Work for Renewal<'_> {
         if !lists.can_be_mended(ball) {
             lists.withdraw(lanes, ball);
         }
-        let centre = world.position(ball, now);
-        lists.shells[ball].centre = centre;
-        lists.bins.remove(ball);
-        lists.bins.insert(ball, centre);
-        lists.look_around(lanes, world, ball, true);
+        let position = world.position(ball, now);
+        let centre = lists.rings.spot(position);
+        let old = std::mem::replace(&mut lists.shells[ball].centre, centre);
+        lists.bins.remove(lanes, ball, old);
+        lists.bins.insert(lanes, ball, centre);
+        lists.look_around(lanes, world, ball, position, true);
     }
+}
+
+/// The least and the most (m) that balls can be let go from the centres of their lists in a periodic box: so that those are told
+/// exactly enough, and that neighbours are less than half the box apart, where near images are unique.
+fn displacements(world: &World) -> [f64; 2] {
+    let largest = world.largest_radii().iter().sum::<f64>();
+    let (mut least, mut most) = (0f64, f64::INFINITY);
+    for axis in (0..3).filter(|&axis| world.domain.boundary[axis] == Boundary::Periodic) {
+        least = least.max(world.domain.size[axis] / Rings::STEPS / CENTRE_PRECISION);
+        most = most.min((HALF_BOX * world.domain.size[axis] - largest) / (4.0 * (1.0 + CELL_MARGIN)));
+    }
+    [least, most]
+}
+
+/// Whether a periodic box is too long beside its narrowest side for lists.
+pub fn is_too_long(world: &World) -> bool {
+    let [least, most] = displacements(world);
+    most < least
 }
 
 /// The displacement (m) with which a ball of middle size has about [`NEIGHBOURS`] on its list; `None` where lists do not pay,
@@ -563,7 +620,7 @@ mod tests {
         let mut listed = lists.row(ball)[..lists.shells[ball].fill.len()].to_vec();
         listed.sort_unstable();
         let is_near = |other: usize| {
-            let apart = lists.periods.nearest(lists.shells[ball].centre - lists.shells[other].centre).length();
+            let apart = lists.rings.apart(lists.shells[ball].centre, lists.shells[other].centre).length();
             other != ball && apart < world.radii[ball] + world.radii[other] + 2.0 * lists.displacement
         };
         (listed, (0..world.len()).filter(|&other| is_near(other)).map(|other| other as u32).collect())
@@ -585,7 +642,9 @@ mod tests {
                     let anywhere = DVec3::new(random.uniform(), random.uniform(), random.uniform()) - 0.5;
                     // Together in the second third, apart again in the last.
                     let position = match step * 3 / 6000 {
-                        _ if step % 2 == 0 => lists.shells[ball].centre + anywhere * lists.displacement,
+                        _ if step % 2 == 0 => {
+                            lists.rings.position(lists.shells[ball].centre) + anywhere * lists.displacement
+                        }
                         1 => anywhere * 0.8,
                         _ => anywhere * SIDE,
                     };

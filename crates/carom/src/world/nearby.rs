@@ -115,7 +115,7 @@ impl Nearby {
     #[inline(always)]
     pub fn leaves_before(&self, world: &World, ball: usize, now: Time, impact: Time) -> Option<(Time, Face)> {
         let (time, face) = match self {
-            Self::Lists(lists) if lists.stays_until(world, ball, now, impact) => return None,
+            Self::Lists(lists) if lists.stays_until(world, ball, impact) => return None,
             Self::Lists(lists) => (lists.leaves(world, ball, now), Face::NONE),
             Self::Cells(cells) => {
                 let until = if impact.before(cells.horizon()) { impact } else { cells.horizon() };
@@ -157,10 +157,11 @@ impl Nearby {
     }
 
     /// Follows a ball that was put back into the box by `images` sizes.
-    pub fn wrap(&mut self, ball: usize, images: [i32; 3], size: DVec3) {
+    pub fn wrap(&mut self, ball: usize, images: [i32; 3]) {
         match self {
             Self::Cells(cells) => cells.wrap(ball, images),
-            Self::Lists(lists) => lists.wrap(ball, DVec3::from_array(images.map(f64::from)) * size),
+            // Their rings close where the box does.
+            Self::Lists(_) => {}
         }
     }
 
