@@ -19,9 +19,9 @@ use crate::tolerance::CELL_MARGIN;
 
 /// Lists are as wide as to hold about so many: two vectors of eight, with room for the crowded.
 const NEIGHBOURS: f64 = 13.5;
-/// Where balls fill less than this part of space, or of a plane, cells are cheaper. (For equal balls, where both cost the same:
-/// 0.32 for a thousand, 0.42 for a hundred thousand.)
-const LEAST_PACKING: f64 = 0.34;
+/// Where balls fill less than this part of space, or of a plane, cells are cheaper. (For equal balls, where both cost the same: 0.37
+/// for a thousand and for a hundred thousand, 0.38 for ten thousand.)
+const LEAST_PACKING: f64 = 0.37;
 const LEAST_PACKING_IN_A_PLANE: f64 = 0.4;
 /// So they are where fewer than so many centres would be within a contact distance of balls of middle size from a point: many
 /// small ones among a few large.
@@ -304,11 +304,15 @@ impl Lists {
             others.clear();
             self.beside[ball] = others;
         }
-        self.shells[ball].fill = Fill::new(0, fill.class());
+        let mut empty = Fill::new(0, fill.class());
         if Self::is_roomy(fill) {
             self.give_back(self.lines[ball].0[0], fill.class());
-            self.shells[ball].fill = Fill::NONE;
+            empty = Fill::NONE;
         }
+        if !empty.is_long() {
+            self.lines[ball] = Line([ball as u32; LINE]);
+        }
+        self.shells[ball].fill = empty;
     }
 
     /// Finds those within reach, and puts them on the ball's list; `mutual`: and the ball on theirs, and takes off those who are no
@@ -593,16 +597,16 @@ mod tests {
     use crate::scene::{Fill, Placement, RadiusDistribution, Scene};
     use crate::world::Domain;
 
-    const COUNT: u64 = 343;
+    const COUNT: u64 = 400;
     const SIDE: f64 = 8.0;
 
     fn lattice(boundary: Boundary) -> World {
         let fill = Fill {
             first_id: 0,
-            placement: Placement::Cubic,
+            placement: Placement::Fcc,
             count: Some(COUNT),
             packing: None,
-            radius: RadiusDistribution::Constant(0.5),
+            radius: RadiusDistribution::Constant(0.49),
             mass: Some(1.0),
             density: None,
             temperature: 0.0,
