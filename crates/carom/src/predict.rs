@@ -19,7 +19,7 @@ use glam::DVec3;
 use self::cut_off::{CutOffs, Foreseen, Next};
 use self::lanes::{MOST, Width};
 pub use self::newly::{Meeting, Newly};
-use self::row::{Search, Soonest};
+use self::row::{Search, SearchOfBoth, Soonest};
 use self::seeker::Seeker;
 use self::surroundings::{TriangleRoom, impact_with_mesh};
 use crate::event::{Certificate, Kind, PairKind, Rank, Upcoming};
@@ -290,7 +290,7 @@ impl Predictor {
             let [a, b] = balls.map(|ball| Seeker { world, predictor: self, ball, now });
             if a.is_plain() && b.is_plain() {
                 let rows = balls.map(|ball| lists.row(ball));
-                let found = [self.search(a, rows[0]), self.search(b, rows[1])];
+                let found = self.search_of_both([a, b], rows);
                 let first_a = a.first_with(&found[0], rows[0], lists.planes(balls[0]));
                 let first_b = b.first_with(&found[1], rows[1], lists.planes(balls[1]));
                 return [first_a, first_b];
@@ -300,6 +300,20 @@ impl Predictor {
         let first_a = self.first_impact(world, nearby, balls[0], now, room);
         let first_b = self.first_impact(world, nearby, balls[1], now, room);
         [first_a, first_b]
+    }
+
+    /// The same for both balls of an impact.
+    #[inline(always)]
+    fn search_of_both(&self, [a, b]: [Seeker; 2], rows: [&[u32]; 2]) -> [Soonest; 2] {
+        let fresh = a.flight().start() == a.now && b.flight().start() == b.now;
+        if fresh
+            && !self.falling
+            && let Ok(row_a) = <&[u32; 2 * MOST]>::try_from(rows[0])
+            && let Ok(row_b) = <&[u32; 2 * MOST]>::try_from(rows[1])
+        {
+            return self.width.run(&SearchOfBoth { seekers: [a, b], rows: [row_a, row_b] });
+        }
+        [self.search(a, rows[0]), self.search(b, rows[1])]
     }
 
     /// Searches a row by whatever registers this machine has.

@@ -183,12 +183,14 @@ impl Queue {
             make_room(&mut self.far, 1);
             self.far.push(entry.mark);
         } else {
-            self.put_into_present(entry);
+            self.put_into_present(entry.time, entry.mark);
         }
     }
 
+    /// (Time and mark come in registers: a whole entry would come through memory, written in parts and read at once, which waits.)
     #[inline(never)]
-    fn put_into_present(&mut self, entry: Entry) {
+    fn put_into_present(&mut self, time: Time, mark: Mark) {
+        let entry = Entry { time, mark };
         // Latest first, so the place is near the end.
         let mut place = self.sorted.len();
         self.sorted.push(entry);
@@ -388,7 +390,7 @@ impl Queue {
             for place in 0..len {
                 let mark = self.chunks[row].marks[place];
                 if let Some(time) = time_of(mark) {
-                    self.put_into_present(Entry { time, mark });
+                    self.put_into_present(time, mark);
                 }
             }
             self.in_ring -= len;

@@ -63,6 +63,10 @@ pub trait Lanes: Copy {
     fn equal(self, a: Self::Numbers, b: Self::Numbers) -> Self::Mask;
     /// The least of all.
     fn least(self, a: Self::Numbers) -> f64;
+    /// The least of all `a`, and of all `b`.
+    fn least_of_each(self, a: Self::Numbers, b: Self::Numbers) -> [f64; 2] {
+        [self.least(a), self.least(b)]
+    }
     /// `a` where true, `b` elsewhere.
     fn select(self, mask: Self::Mask, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers;
     /// One of them.
@@ -255,7 +259,10 @@ mod tests {
         // The least in each lane in turn.
         for lane in 0..count {
             let falling: Vec<f64> = (0..count).map(|k| if k == lane { 0.5 } else { 30.0 - k as f64 }).collect();
-            assert_eq!(lanes.least(lanes.gather(&falling, &in_order)), 0.5);
+            let falling = lanes.gather(&falling, &in_order);
+            assert_eq!(lanes.least(falling), 0.5);
+            assert_eq!(lanes.least_of_each(falling, lanes.add(falling, falling)), [0.5, 1.0]);
+            assert_eq!(lanes.least_of_each(lanes.add(falling, falling), falling), [1.0, 0.5]);
         }
     }
 

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::lanes::{Lanes, NEAR, Twice, Work};
+use super::lanes::{Lanes, MOST, NEAR, Twice, Work};
 use super::seeker::Seeker;
 use super::{NO_FRACTION, Predictor, ball_ball};
 use crate::time::Time;
@@ -51,6 +51,50 @@ impl<R: AsRef<[u32]> + ?Sized> Work for &Search<'_, R> {
             (true, true, _) => soonest::<L, true, true, false>(lanes, seeker, row),
         }
     }
+}
+
+/// The searches of both balls of an impact, right after it: nobody's flight is younger. They go on side by side, so that neither
+/// waits for its own roots and quotients alone.
+pub(super) struct SearchOfBoth<'a> {
+    pub seekers: [Seeker<'a>; 2],
+    pub rows: [&'a [u32; 2 * MOST]; 2],
+}
+
+impl Work for &SearchOfBoth<'_> {
+    type Output = [Soonest; 2];
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> [Soonest; 2] {
+        if self.seekers[0].predictor.periods.any {
+            soonest_of_both::<L, true>(lanes, &self.seekers, self.rows)
+        } else {
+            soonest_of_both::<L, false>(lanes, &self.seekers, self.rows)
+        }
+    }
+}
+
+/// Both find the least of their bounds at once: with a branch between them, a compiler would put all of the second search behind it.
+#[inline(always)]
+fn soonest_of_both<L: Lanes, const PERIODIC: bool>(
+    l: L,
+    [a, b]: &[Seeker; 2],
+    rows: [&[u32; 2 * MOST]; 2],
+) -> [Soonest; 2] {
+    let two = Twice(l);
+    let (ask_a, ask_b) = (Ask::new(l, a).twice(), Ask::new(l, b).twice());
+    let (mut firsts_a, mut firsts_b) = (Firsts::none(two), Firsts::none(two));
+    let mut place = 0;
+    while place < 2 * MOST {
+        let others = [&rows[0][place..place + 2 * L::COUNT], &rows[1][place..place + 2 * L::COUNT]];
+        let approach_a = ask_a.approach::<PERIODIC, false, true>(two, a.world, others[0]);
+        let approach_b = ask_b.approach::<PERIODIC, false, true>(two, b.world, others[1]);
+        let earliest = approach_a.with(&approach_b).earliest::<true>(Twice(two));
+        firsts_a.consider::<true>(two, earliest[0], &approach_a, place);
+        firsts_b.consider::<true>(two, earliest[1], &approach_b, place);
+        place += 2 * L::COUNT;
+    }
+    let earliest = two.least_of_each(firsts_a.earliest, firsts_b.earliest);
+    [firsts_a.soonest::<true>(two, a, rows[0], earliest[0]), firsts_b.soonest::<true>(two, b, rows[1], earliest[1])]
 }
 
 /// One axis of the search: the ball's own place and motion along it, and what bends or repeats space.
@@ -149,7 +193,8 @@ fn soonest<L: Lanes, const PERIODIC: bool, const FALLING: bool, const FRESH: boo
         }
         place += 2 * L::COUNT;
     }
-    firsts.soonest::<FRESH>(two, seeker, row)
+    let earliest = two.least(firsts.earliest);
+    firsts.soonest::<FRESH>(two, seeker, row, earliest)
 }
 
 /// The ball that asks, in all lanes; or one in each.
@@ -262,6 +307,19 @@ impl<L: Lanes> Approach<L> {
         }
     }
 
+    /// These and others side by side.
+    #[inline(always)]
+    fn with(&self, other: &Self) -> Approach<Twice<L>> {
+        let ([x, y, z], [vx, vy, vz]) = (self.r, self.v);
+        let ([x2, y2, z2], [vx2, vy2, vz2]) = (other.r, other.v);
+        Approach {
+            r: [[x, x2], [y, y2], [z, z2]],
+            v: [[vx, vx2], [vy, vy2], [vz, vz2]],
+            mine_flown: [self.mine_flown, other.mine_flown],
+            distance: [self.distance, other.distance],
+        }
+    }
+
     /// Seconds from the ball's own start before which each pair certainly does not meet; infinite if it never does.
     ///
     /// [`ball_ball::time_of_impact`] gives c / (√D - b) with c, D and b rounded, and 0 for those that overlap. Here
@@ -332,10 +390,9 @@ impl<L: Lanes> Firsts<L> {
         self.place = l.select(sooner, l.all(place as f64), self.place);
     }
 
-    /// The first of all lanes.
+    /// The first of all lanes, whose least is `earliest`.
     #[inline(always)]
-    fn soonest<const FRESH: bool>(self, l: L, seeker: &Seeker, row: &[u32]) -> Soonest {
-        let earliest = l.least(self.earliest);
+    fn soonest<const FRESH: bool>(self, l: L, seeker: &Seeker, row: &[u32], earliest: f64) -> Soonest {
         if earliest == f64::INFINITY {
             return Soonest::NEVER;
         }
@@ -379,7 +436,7 @@ fn soonest_one_by_one(seeker: &Seeker, row: &[u32]) -> Soonest {
 
 #[cfg(test)]
 mod tests {
-    use super::super::lanes::{IN_ORDER, MOST, Width};
+    use super::super::lanes::{IN_ORDER, Width};
     use super::*;
     use crate::random::Random;
 

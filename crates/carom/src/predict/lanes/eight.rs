@@ -4,6 +4,7 @@ use super::four::{matches_eight, within_eight};
 use super::{Lanes, by_register};
 use crate::flight::Flight;
 
+type Four = std::arch::x86_64::__m256d;
 type Eight = std::arch::x86_64::__m512d;
 
 impl Lanes for pulp::x86::V4 {
@@ -96,6 +97,18 @@ impl Lanes for pulp::x86::V4 {
     }
 
     #[inline(always)]
+    fn least_of_each(self, a: Self::Numbers, b: Self::Numbers) -> [f64; 2] {
+        let f = self.avx512f;
+        // From here on, a's are in the lower half, b's in the upper.
+        let halves =
+            f._mm512_min_pd(f._mm512_shuffle_f64x2::<0b0100_0100>(a, b), f._mm512_shuffle_f64x2::<0b1110_1110>(a, b));
+        let quarters = f._mm512_min_pd(halves, f._mm512_shuffle_f64x2::<0b1011_0001>(halves, halves));
+        let eighths = f._mm512_min_pd(quarters, f._mm512_permute_pd::<0b0101_0101>(quarters));
+        let [of_a, _, _, _, of_b, ..]: [f64; 8] = pulp::cast(eighths);
+        [of_a, of_b]
+    }
+
+    #[inline(always)]
     fn select(self, mask: u8, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
         self.avx512f._mm512_mask_blend_pd(mask, b, a)
     }
@@ -132,33 +145,38 @@ impl Lanes for pulp::x86::V4 {
 
     #[inline(always)]
     fn columns(self, flights: &[Flight], p: &[u32]) -> [Self::Numbers; 8] {
-        let [even_ab, odd_ab] = two_lines(self, &flights[p[0] as usize], &flights[p[1] as usize]);
-        let [even_cd, odd_cd] = two_lines(self, &flights[p[2] as usize], &flights[p[3] as usize]);
-        let [even_ef, odd_ef] = two_lines(self, &flights[p[4] as usize], &flights[p[5] as usize]);
-        let [even_gh, odd_gh] = two_lines(self, &flights[p[6] as usize], &flights[p[7] as usize]);
-        let [x0, x2, x4, x6] = turned_pairs(self, even_ab, even_cd, even_ef, even_gh);
-        let [x1, x3, x5, x7] = turned_pairs(self, odd_ab, odd_cd, odd_ef, odd_gh);
+        let [low_ac, high_ac] = two_lines(self, &flights[p[0] as usize], &flights[p[2] as usize]);
+        let [low_bd, high_bd] = two_lines(self, &flights[p[1] as usize], &flights[p[3] as usize]);
+        let [low_eg, high_eg] = two_lines(self, &flights[p[4] as usize], &flights[p[6] as usize]);
+        let [low_fh, high_fh] = two_lines(self, &flights[p[5] as usize], &flights[p[7] as usize]);
+        let [x0, x1, x2, x3] = turned(self, low_ac, low_bd, low_eg, low_fh);
+        let [x4, x5, x6, x7] = turned(self, high_ac, high_bd, high_eg, high_fh);
         [x0, x1, x2, x3, x4, x5, x6, x7]
     }
 }
 
-/// Columns 0, 2, 4, 6 of two lines side by side, and columns 1, 3, 5, 7.
+/// The first halves of two lines side by side, and their second halves: put together as they come from memory, which asks
+/// nothing of what turns registers.
 #[inline(always)]
-fn two_lines(registers: pulp::x86::V4, a: &Flight, b: &Flight) -> [Eight; 2] {
-    let (a, b): (Eight, Eight) = (pulp::cast(a.line()), pulp::cast(b.line()));
-    [registers.avx512f._mm512_unpacklo_pd(a, b), registers.avx512f._mm512_unpackhi_pd(a, b)]
+fn two_lines(registers: pulp::x86::V4, a: &Flight, c: &Flight) -> [Eight; 2] {
+    let f = registers.avx512f;
+    let (a, c): ([Four; 2], [Four; 2]) = (pulp::cast(a.line()), pulp::cast(c.line()));
+    [
+        f._mm512_insertf64x4::<1>(f._mm512_castpd256_pd512(a[0]), c[0]),
+        f._mm512_insertf64x4::<1>(f._mm512_castpd256_pd512(a[1]), c[1]),
+    ]
 }
 
-/// Of the same four columns of four times two lines, each column of all eight.
+/// Of the same halves of eight lines, each of the four columns.
 #[inline(always)]
-fn turned_pairs(registers: pulp::x86::V4, ab: Eight, cd: Eight, ef: Eight, gh: Eight) -> [Eight; 4] {
+fn turned(registers: pulp::x86::V4, ac: Eight, bd: Eight, eg: Eight, fh: Eight) -> [Eight; 4] {
     let f = registers.avx512f;
-    let (outer_low, outer_high) = (f._mm512_shuffle_f64x2::<0x88>(ab, cd), f._mm512_shuffle_f64x2::<0x88>(ef, gh));
-    let (inner_low, inner_high) = (f._mm512_shuffle_f64x2::<0xdd>(ab, cd), f._mm512_shuffle_f64x2::<0xdd>(ef, gh));
+    let (even_low, even_high) = (f._mm512_unpacklo_pd(ac, bd), f._mm512_unpacklo_pd(eg, fh));
+    let (odd_low, odd_high) = (f._mm512_unpackhi_pd(ac, bd), f._mm512_unpackhi_pd(eg, fh));
     [
-        f._mm512_shuffle_f64x2::<0x88>(outer_low, outer_high),
-        f._mm512_shuffle_f64x2::<0x88>(inner_low, inner_high),
-        f._mm512_shuffle_f64x2::<0xdd>(outer_low, outer_high),
-        f._mm512_shuffle_f64x2::<0xdd>(inner_low, inner_high),
+        f._mm512_shuffle_f64x2::<0x88>(even_low, even_high),
+        f._mm512_shuffle_f64x2::<0x88>(odd_low, odd_high),
+        f._mm512_shuffle_f64x2::<0xdd>(even_low, even_high),
+        f._mm512_shuffle_f64x2::<0xdd>(odd_low, odd_high),
     ]
 }

@@ -87,6 +87,11 @@ impl<L: Lanes> Lanes for Twice<L> {
     }
 
     #[inline(always)]
+    fn least_of_each(self, a: Self::Numbers, b: Self::Numbers) -> [f64; 2] {
+        self.0.least_of_each(self.0.min(a[0], a[1]), self.0.min(b[0], b[1]))
+    }
+
+    #[inline(always)]
     fn select(self, mask: Self::Mask, a: Self::Numbers, b: Self::Numbers) -> Self::Numbers {
         [self.0.select(mask[0], a[0], b[0]), self.0.select(mask[1], a[1], b[1])]
     }
