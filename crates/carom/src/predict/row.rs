@@ -65,10 +65,16 @@ impl Work for &SearchOfBoth<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> [Soonest; 2] {
-        if self.seekers[0].predictor.periods.any {
-            soonest_of_both::<L, true>(lanes, &self.seekers, self.rows)
+        let SearchOfBoth { seekers: [a, b], rows: [row_a, row_b] } = self;
+        if L::COUNT < MOST {
+            // Too few registers for both: one after the other.
+            let searches = [Search { seeker: *a, row: *row_a }, Search { seeker: *b, row: *row_b }];
+            return [(&searches[0]).run(lanes), (&searches[1]).run(lanes)];
+        }
+        if a.predictor.periods.any {
+            soonest_of_both::<L, true>(lanes, [a, b], [row_a, row_b])
         } else {
-            soonest_of_both::<L, false>(lanes, &self.seekers, self.rows)
+            soonest_of_both::<L, false>(lanes, [a, b], [row_a, row_b])
         }
     }
 }
@@ -77,7 +83,7 @@ impl Work for &SearchOfBoth<'_> {
 #[inline(always)]
 fn soonest_of_both<L: Lanes, const PERIODIC: bool>(
     l: L,
-    [a, b]: &[Seeker; 2],
+    [a, b]: [&Seeker; 2],
     rows: [&[u32; 2 * MOST]; 2],
 ) -> [Soonest; 2] {
     let two = Twice(l);
