@@ -6,7 +6,7 @@ use super::{Face, LEAST_WIDTH, Place};
 use crate::world::radii::Radii;
 
 /// Cells at most for each ball: more of them are emptier, and crossed more often.
-const CELLS_PER_BALL: usize = 2;
+const CELLS_PER_BALL: f64 = 2.2;
 const FEWEST_CELLS: usize = 64;
 /// Radii 1 : 2^20 is beyond what a run can serve.
 const FINEST_LEVEL: u32 = 20;
@@ -90,7 +90,7 @@ pub(super) fn base_count(extent: DVec3, widest: f64, balls: usize, single: &[boo
     if balls == 0 {
         return [1; 3];
     }
-    let most = (balls * CELLS_PER_BALL).max(FEWEST_CELLS);
+    let most = ((balls as f64 * CELLS_PER_BALL) as usize).max(FEWEST_CELLS);
     let mut width = widest;
     loop {
         // One axis alone never needs more cells than all axes may have together.
@@ -100,7 +100,7 @@ pub(super) fn base_count(extent: DVec3, widest: f64, balls: usize, single: &[boo
         if count.iter().map(|&n| n as usize).product::<usize>() <= most {
             return count;
         }
-        width *= 1.0625;
+        width *= 1.005;
     }
 }
 
@@ -129,7 +129,7 @@ pub(super) fn levels_of(
     while finest > 0 {
         let members = level_of.iter().filter(|&&level| level >= finest).count();
         let cells: f64 = axes().map(|axis| f64::from(base[axis]) * f64::from(1u32 << finest)).product();
-        if cells <= (4 * members * CELLS_PER_BALL).max(FEWEST_CELLS) as f64 {
+        if cells <= (4.0 * members as f64 * CELLS_PER_BALL).max(FEWEST_CELLS as f64) {
             break;
         }
         finest -= 1;
