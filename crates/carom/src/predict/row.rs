@@ -79,7 +79,7 @@ impl Work for &SearchOfBoth<'_> {
     }
 }
 
-/// Both find the least of their bounds at once: with a branch between them, a compiler would put all of the second search behind it.
+/// For registers in two of which a whole row fits. Both find the least of their bounds at once: with a branch between them, a compiler would put all of the second search behind it.
 #[inline(always)]
 fn soonest_of_both<L: Lanes, const PERIODIC: bool>(
     l: L,
@@ -88,17 +88,12 @@ fn soonest_of_both<L: Lanes, const PERIODIC: bool>(
 ) -> [Soonest; 2] {
     let two = Twice(l);
     let (ask_a, ask_b) = (Ask::new(l, a).twice(), Ask::new(l, b).twice());
+    let approach_a = ask_a.approach::<PERIODIC, false, true>(two, a.world, rows[0]);
+    let approach_b = ask_b.approach::<PERIODIC, false, true>(two, b.world, rows[1]);
+    let earliest = approach_a.with(&approach_b).earliest::<true>(Twice(two));
     let (mut firsts_a, mut firsts_b) = (Firsts::none(two), Firsts::none(two));
-    let mut place = 0;
-    while place < 2 * MOST {
-        let others = [&rows[0][place..place + 2 * L::COUNT], &rows[1][place..place + 2 * L::COUNT]];
-        let approach_a = ask_a.approach::<PERIODIC, false, true>(two, a.world, others[0]);
-        let approach_b = ask_b.approach::<PERIODIC, false, true>(two, b.world, others[1]);
-        let earliest = approach_a.with(&approach_b).earliest::<true>(Twice(two));
-        firsts_a.consider::<true>(two, earliest[0], &approach_a, place);
-        firsts_b.consider::<true>(two, earliest[1], &approach_b, place);
-        place += 2 * L::COUNT;
-    }
+    firsts_a.consider::<true>(two, earliest[0], &approach_a, 0);
+    firsts_b.consider::<true>(two, earliest[1], &approach_b, 0);
     let earliest = two.least_of_each(firsts_a.earliest, firsts_b.earliest);
     [firsts_a.soonest::<true>(two, a, rows[0], earliest[0]), firsts_b.soonest::<true>(two, b, rows[1], earliest[1])]
 }
